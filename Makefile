@@ -1,0 +1,39 @@
+# `make demo` and `make test` set up .venv themselves; nothing here needs root.
+PYTHON ?= python3.11
+PY := .venv/bin/python
+READY := .venv/.ready
+
+.PHONY: demo test lint setup docs pins clean
+
+demo: $(READY)
+	.venv/bin/openbelief demo --out demo-out
+
+test: $(READY)
+	$(PY) -m pytest
+
+lint: $(READY)
+	$(PY) -m ruff check .
+	$(PY) -m ruff format --check .
+	$(PY) -m mypy
+	.venv/bin/lint-imports
+
+docs: $(READY)
+	$(PY) scripts/write_docs.py
+
+setup: $(READY)
+
+$(READY): requirements/dev.txt requirements/runtime.in pyproject.toml
+	@command -v $(PYTHON) >/dev/null || { echo "openbelief needs Python 3.11: install it, or name one with make PYTHON=/path/to/python3.11"; exit 1; }
+	$(PYTHON) -m venv .venv || { echo "Python's venv module is missing. Mend it with: sudo apt-get install python3.11-venv"; exit 1; }
+	$(PY) -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/dev.txt
+	$(PY) -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	$(PY) scripts/check_system.py
+	@touch $@
+
+# Maintainers: re-resolve the pins (hashes, no addresses).
+pins: $(READY)
+	$(PY) -m pip install --quiet uv
+	for name in runtime dev; do $(PY) -m uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --no-annotate requirements/$$name.in -o requirements/$$name.txt; done
+
+clean:
+	rm -rf .venv demo-out build *.egg-info

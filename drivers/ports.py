@@ -1,0 +1,187 @@
+"""The ports: every piece of hardware is one of these Protocols with a real, a replayed and a simulated body.
+
+Values that cross a port are immutable. Absence is an exception that names its cause, never a default value.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Protocol, runtime_checkable
+
+from openbelief.arrays import Array
+from openbelief.observation import Intrinsics
+from openbelief.pose import Pose2
+from openbelief.traversability import OccupancyGrid
+
+
+class PortError(RuntimeError):
+    """A port cannot answer; the message is a sentence for the operator."""
+
+
+class StaleData(PortError):
+    """The newest data is older than was asked for, or there is none yet."""
+
+
+class PoseUnavailable(PortError):
+    """No transform chain covers that stamp; it is never extrapolated or guessed."""
+
+
+class LinkLost(PortError):
+    """The other end went away (bridge, robot, sensor)."""
+
+
+@dataclass(frozen=True)
+class CameraFrame:
+    """One RGB-D image without a pose. color: (h, w, 3) uint8 RGB. depth_m: (h, w) float32, 0 = no measurement."""
+
+    stamp_ns: int
+    color: Array
+    depth_m: Array
+    intrinsics: Intrinsics
+    frame_id: str
+
+
+@dataclass(frozen=True)
+class LidarCloud:
+    """points: (n, 3) float32 in `frame_id`, metres; no-returns already removed."""
+
+    stamp_ns: int
+    points: Array
+    frame_id: str
+
+
+class NavigationStatus(StrEnum):
+    """How a navigation goal ended. Only SUCCEEDED means that the robot stands at the goal."""
+
+    SUCCEEDED = "succeeded"
+    ABORTED = "aborted"  # Nav2 gave up: code and message say why
+    REJECTED = "rejected"  # the server did not take the goal
+    CANCELED = "canceled"  # we, or somebody else, cancelled it
+    TIMED_OUT = "timed out"  # our own limit; the goal was cancelled and the cancel was acknowledged
+    PREEMPTED = "preempted"  # another goal replaced ours
+    LOST = "lost"  # link, server or localisation gone: the robot's state is unknown
+    STILL_MOVING = "still moving"  # a cancel went unanswered: the operator must use the remote
+
+
+@dataclass(frozen=True, slots=True)
+class NavigationResult:
+    """The end of one goal. `reason` is a sentence for the operator; `code` is Nav2's error_code, 0 = none."""
+
+    status: NavigationStatus
+    reason: str
+    code: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class NavigationFeedback:
+    """What Nav2 says on the way."""
+
+    stamp_ns: int
+    pose: Pose2
+    distance_remaining_m: float
+    navigation_time_s: float
+    recoveries: int
+
+
+@dataclass(frozen=True, slots=True)
+class PathPlan:
+    """The answer to "could you get there?": a length where there is a path, else None and the reason."""
+
+    length_m: float | None
+    reason: str = ""
+
+
+@runtime_checkable
+class Clock(Protocol):
+    """The only reader of time."""
+
+    def now_ns(self) -> int:
+        """Nanoseconds since the epoch."""
+        ...
+
+    def sleep(self, seconds: float) -> None:
+        """Let that much of this clock's time pass (a simulated clock moves the world meanwhile)."""
+        ...
+
+
+@runtime_checkable
+class Camera(Protocol):
+    def latest(self, max_age_s: float) -> CameraFrame:
+        """The newest frame; raises StaleData where it is older than `max_age_s` by this port's clock."""
+        ...
+
+
+@runtime_checkable
+class Lidar(Protocol):
+    def latest(self, max_age_s: float) -> LidarCloud:
+        """The newest cloud; raises StaleData as Camera does."""
+        ...
+
+
+@runtime_checkable
+class PoseSource(Protocol):
+    def transform_at(self, stamp_ns: int, frame_id: str) -> Array:
+        """(4, 4) T_map_frame at that stamp, interpolated between samples; raises PoseUnavailable."""
+        ...
+
+    def robot_pose(self, max_age_s: float) -> Pose2:
+        """T_map_base_link now, planar; raises StaleData where it is older than `max_age_s`."""
+        ...
+
+
+@runtime_checkable
+class Map(Protocol):
+    def latest(self) -> OccupancyGrid:
+        """The navigation map; raises StaleData where none has arrived."""
+        ...
+
+
+@runtime_checkable
+class Navigator(Protocol):
+    """One goal at a time. Nothing here blocks for longer than a network time-out; `result` is polled."""
+
+    def unavailable(self) -> str | None:
+        """None when a goal can be taken, else why not (Nav2 not active, no link, stale pose ...)."""
+        ...
+
+    def plan(self, goal: Pose2) -> PathPlan:
+        """Reachability and path length from where the robot is, without moving."""
+        ...
+
+    def send(self, goal: Pose2) -> NavigationResult | None:
+        """Send a goal. None: accepted and under way. A result: it ended at once (rejected, lost ...)."""
+        ...
+
+    def feedback(self) -> NavigationFeedback | None:
+        """The newest feedback of the goal under way, None before the first."""
+        ...
+
+    def result(self) -> NavigationResult | None:
+        """None while the goal is under way; afterwards how it ended (asked again: the same)."""
+        ...
+
+    def cancel(self, *, because: str) -> NavigationResult:
+        """Cancel the goal under way and wait for the acknowledgement, 1 s at most.
+
+        CANCELED when acknowledged (or when it had ended: then that end). STILL_MOVING when unanswered, after
+        cancel-all was tried too.
+        """
+        ...
+
+
+@runtime_checkable
+class Operator(Protocol):
+    """The person in charge."""
+
+    def confirm(self, question: str, timeout_s: float) -> str:
+        """Ask for a yes before motion. Returns "yes", "no", "expired" or "stop"."""
+        ...
+
+    def stop_requested(self) -> str | None:
+        """The reason of a STOP since this mission began, else None. Never blocks."""
+        ...
+
+    def tell(self, sentence: str) -> None:
+        """Show one sentence."""
+        ...

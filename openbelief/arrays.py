@@ -1,0 +1,39 @@
+"""Checks at the door: arrays are refused here, with one clear line, so that nothing behind the door checks again."""
+
+from __future__ import annotations
+
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+Array: TypeAlias = npt.NDArray[Any]
+
+
+def points_array(points: Array, what: str = "points") -> Array:
+    """(n, 3) float32, n >= 1, finite; raises ValueError naming `what`."""
+    array = np.ascontiguousarray(points, dtype=np.float32)
+    if array.ndim != 2 or array.shape[1] != 3 or len(array) == 0:
+        raise ValueError(f"Shape of {what} should be (n, 3) with n >= 1, got {np.shape(points)}.")
+    if not np.isfinite(array).all():
+        raise ValueError(
+            f"{what} must be finite; {int((~np.isfinite(array)).any(axis=1).sum())} of {len(array)} are not."
+        )
+    return array
+
+
+def unit_vector(vector: Array, what: str = "feature", tolerance: float = 1e-2) -> Array:
+    """(d,) float32 of unit length (within `tolerance`, then renormalised); raises ValueError naming `what`."""
+    array = np.asarray(vector, dtype=np.float32)
+    if array.ndim != 1 or array.size == 0:
+        raise ValueError(f"Shape of {what} should be (d,), got {np.shape(vector)}.")
+    norm = float(np.linalg.norm(array.astype(np.float64)))
+    if not np.isfinite(norm) or abs(norm - 1.0) > tolerance:
+        raise ValueError(f"{what} must be finite and of unit length, got length {norm:.4g}.")
+    return (array / np.float32(norm)).astype(np.float32)
+
+
+def normalize(rows: Array) -> Array:
+    """Rows (or one vector) scaled to unit length; a zero row stays zero. float64 in, float64 out."""
+    norms = np.linalg.norm(rows, axis=-1, keepdims=True)
+    return rows / np.where(norms == 0, 1.0, norms)

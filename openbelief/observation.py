@@ -1,0 +1,172 @@
+"""What a frame and a mask are, and the observation made of them (paper: eq. observation)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TypedDict
+
+import cv2
+import numpy as np
+
+from openbelief.arrays import Array, points_array, unit_vector
+
+
+class Rle(TypedDict):
+    """COCO uncompressed run lengths of a mask: column-major, the first count is background."""
+
+    size: list[int]  # [height, width]
+    counts: list[int]
+
+
+@dataclass(frozen=True)
+class Intrinsics:
+    """A pinhole camera with OpenCV distortion; pixel centres are at integer coordinates."""
+
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    distortion: tuple[float, ...] = ()  # OpenCV order k1 k2 p1 p2 [k3 ...] (ROS plumb_bob, rational_polynomial)
+
+    def matrix(self) -> Array:
+        """(3, 3) float64 K."""
+        return np.array([[self.fx, 0, self.cx], [0, self.fy, self.cy], [0, 0, 1]], dtype=float)
+
+    def rays(self, u: Array, v: Array) -> Array:
+        """(n, 2) normalised image coordinates (x/z, y/z) of n pixels (column u, row v), undistorted."""
+        if not any(self.distortion):
+            return np.column_stack(((u - self.cx) / self.fx, (v - self.cy) / self.fy))
+        pixels = np.column_stack((u, v)).astype(np.float64)[:, None, :]
+        return cv2.undistortPoints(pixels, self.matrix(), np.array(self.distortion))[:, 0, :]
+
+    def project(self, points_camera: Array) -> Array:
+        """(n, 2) pixel coordinates (u, v) of (n, 3) points in front of the camera (z > 0), optical frame."""
+        points = np.asarray(points_camera, dtype=np.float64)
+        if not any(self.distortion):
+            return points[:, :2] / points[:, 2:3] * [self.fx, self.fy] + [self.cx, self.cy]
+        pixels, _ = cv2.projectPoints(points, np.zeros(3), np.zeros(3), self.matrix(), np.array(self.distortion))
+        return pixels[:, 0, :]
+
+
+@dataclass(frozen=True)
+class RgbdFrame:
+    """One posed RGB-D image (I_t, D_t, T_t), depth aligned to colour.
+
+    color: (h, w, 3) uint8 RGB. depth_m: (h, w) float32 metres along the optical axis, 0 = no measurement.
+    T_map_camera: (4, 4) float64, `p_map = T_map_camera @ p_camera`, camera_*_optical_frame.
+    """
+
+    index: int
+    stamp_ns: int
+    color: Array
+    depth_m: Array
+    intrinsics: Intrinsics
+    T_map_camera: Array
+    recording: str = ""
+
+    def __post_init__(self) -> None:
+        shape = (self.intrinsics.height, self.intrinsics.width)
+        if self.color.shape != (*shape, 3) or self.depth_m.shape != shape:
+            raise ValueError(
+                f"Frame {self.index}: colour {self.color.shape} and depth {self.depth_m.shape} should be {shape} as the intrinsics say."
+            )
+        if self.T_map_camera.shape != (4, 4) or not np.isfinite(self.T_map_camera).all():
+            raise ValueError(f"Frame {self.index}: T_map_camera should be a finite (4, 4) transform.")
+
+
+@dataclass(frozen=True)
+class Mask:
+    """One segmented thing in a frame: where it is, what it was called, how sure, and what it looks like.
+
+    pixels: (h, w) bool. phrase: the words that produced it, or None. confidence c_e in (0, 1].
+    feature f_e^v: (d,) float32 unit length.
+    """
+
+    index: int
+    pixels: Array
+    phrase: str | None
+    confidence: float
+    feature: Array
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Where an observation came from, kept so that a person can be shown it."""
+
+    recording: str
+    stamp_ns: int
+    bbox: tuple[int, int, int, int]  # x0, y0, x1, y1; end exclusive
+    rle: Rle
+    crop_jpeg: bytes | None = field(default=None, repr=False)
+
+
+@dataclass(frozen=True)
+class Observation:
+    """o_e = (t_e, j_e, l_e, c_e, n_e, P_e, f_e^v) (paper: eq. observation): the unit of preserved evidence.
+
+    frame: t_e, unique within a recording. mask: j_e. phrase: l_e as the model gave it; None is an observation
+    without language. confidence: c_e in (0, 1]. points: P_e, (n, 3) float32, map frame, metres, taken as given.
+    feature: f_e^v, (d,) float32 unit length. Raises ValueError on non-finite, empty or misshapen input.
+    """
+
+    frame: int
+    mask: int
+    phrase: str | None
+    confidence: float
+    points: Array
+    feature: Array
+    provenance: Provenance | None = None
+
+    def __post_init__(self) -> None:
+        name = f"Observation (frame {self.frame}, mask {self.mask})"
+        if not (np.isfinite(self.confidence) and 0.0 < self.confidence <= 1.0):
+            raise ValueError(f"{name}: confidence should be in (0, 1], got {self.confidence}.")
+        if self.phrase is not None and not isinstance(self.phrase, str):
+            raise ValueError(f"{name}: phrase should be text or None, got {type(self.phrase).__name__}.")
+        object.__setattr__(self, "points", points_array(self.points, f"{name}: points"))
+        object.__setattr__(self, "feature", unit_vector(self.feature, f"{name}: feature"))
+
+    @property
+    def n(self) -> int:
+        """n_e: the number of points."""
+        return len(self.points)
+
+    @property
+    def recording(self) -> str:
+        """The recording's id, "" where there is no provenance."""
+        return self.provenance.recording if self.provenance else ""
+
+    @property
+    def key(self) -> tuple[str, int, int]:
+        """(recording, frame, mask): the canonical order of evidence."""
+        return (self.recording, self.frame, self.mask)
+
+
+def encode_rle(pixels: Array) -> Rle:
+    """COCO uncompressed run lengths of an (h, w) bool mask."""
+    flat = np.asarray(pixels, dtype=bool).ravel(order="F")
+    edges = np.flatnonzero(np.diff(flat)) + 1
+    counts = np.diff(np.concatenate(([0], edges, [flat.size]))).tolist()
+    return {"size": list(pixels.shape), "counts": [0, *counts] if flat.size and flat[0] else counts}
+
+
+def decode_rle(rle: Rle) -> Array:
+    """(h, w) bool mask; raises ValueError where the counts do not fill the size exactly."""
+    height, width = (int(n) for n in rle["size"])
+    counts = np.asarray(rle["counts"], dtype=np.int64)
+    if height <= 0 or width <= 0 or height * width > 1 << 26:
+        raise ValueError(f"RLE size [{height}, {width}] is out of range.")
+    if counts.ndim != 1 or (counts < 0).any() or counts.sum() != height * width:
+        raise ValueError(f"RLE counts should be non-negative and fill {height}x{width} pixels.")
+    values = np.arange(len(counts)) % 2 == 1
+    return np.repeat(values, counts).reshape((height, width), order="F")
+
+
+def mask_bbox(pixels: Array) -> tuple[int, int, int, int]:
+    """(x0, y0, x1, y1), end exclusive, of a non-empty (h, w) bool mask."""
+    rows, columns = np.flatnonzero(pixels.any(axis=1)), np.flatnonzero(pixels.any(axis=0))
+    if not len(rows):
+        raise ValueError("An empty mask has no bounding box.")
+    return int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1

@@ -1,0 +1,97 @@
+"""`openbelief VERB`: one table of verbs; only the verb that was asked for is imported, so help answers at once."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import json
+import sys
+from typing import Any, NoReturn
+
+VERBS = {
+    "demo": "the whole loop in simulation, then its replay",
+    "map": "build a memory from a recording",
+    "query": "rank the objects of a memory for a phrase, with the evidence",
+    "why": "every phrase, weight, frame and mask behind an object",
+    "rebuild": "new belief parameters over the same evidence",
+    "run": "live: missions from a configuration",
+    "ask": "one mission, from the terminal",
+    "replay": "re-run a trial's decisions without a robot",
+    "trials": "list recorded trials and their outcomes",
+    "recover": "rewrite what a truncated recording still holds",
+    "eval": "score a memory against ground truth",
+}
+
+
+class Failure(Exception):
+    """A failure with a name: one clear line for the user, exit status 1."""
+
+
+class Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"openbelief: {message}\nTry '{self.prog} --help'.\n")
+
+
+def build_parser(verb: str | None) -> Parser:
+    """The parser of one verb, or of the table of verbs where none (or no known one) is named."""
+    if verb in VERBS:
+        module = importlib.import_module(f"robot_app.verbs.{verb}")
+        parser = Parser(
+            prog=f"openbelief {verb}",
+            description=(module.__doc__ or VERBS[verb]).strip(),
+            epilog=f"example:\n  {module.EXAMPLE}",
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+        parser.add_argument("--json", action="store_true", help="machine-readable result on stdout, logs on stderr")
+        module.add_arguments(parser)
+        parser.set_defaults(run=module.run)
+        return parser
+    parser = Parser(
+        prog="openbelief",
+        description="Language-guided navigation for real robots.",
+        epilog="verbs:\n"
+        + "\n".join(f"  {name:<10}{summary}" for name, summary in VERBS.items())
+        + "\n\nexample:\n  openbelief demo --out demo-out",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action="store_true", help="print the version and exit")
+    parser.add_argument(
+        "verb", nargs="?", choices=VERBS, metavar="VERB", help="one of the verbs below; VERB --help says more"
+    )
+    return parser
+
+
+def print_json(result: Any) -> None:
+    """The verb's one machine-readable result, on stdout."""
+    json.dump(result, sys.stdout, allow_nan=False)
+    sys.stdout.write("\n")
+
+
+def main(argv: list[str] | None = None) -> int:
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    verb = arguments[0] if arguments else None
+    parser = build_parser(verb)
+    if verb not in VERBS:
+        options = parser.parse_args(arguments)
+        if options.version:
+            from importlib.metadata import version
+
+            print(f"openbelief {version('openbelief')}")
+        else:
+            parser.print_help()
+        return 0 if options.version or not arguments else 2
+    options = parser.parse_args(arguments[1:])
+    try:
+        return int(options.run(options) or 0)
+    except Failure as failure:
+        print(f"openbelief {verb}: {failure}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print(f"openbelief {verb}: stopped by the user", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
