@@ -70,7 +70,8 @@ class RgbdFrame:
         shape = (self.intrinsics.height, self.intrinsics.width)
         if self.color.shape != (*shape, 3) or self.depth_m.shape != shape:
             raise ValueError(
-                f"Frame {self.index}: colour {self.color.shape} and depth {self.depth_m.shape} should be {shape} as the intrinsics say."
+                f"Frame {self.index}: colour {self.color.shape} and depth {self.depth_m.shape} "
+                f"should be {shape}, as the intrinsics say."
             )
         if self.T_map_camera.shape != (4, 4) or not np.isfinite(self.T_map_camera).all():
             raise ValueError(f"Frame {self.index}: T_map_camera should be a finite (4, 4) transform.")

@@ -13,7 +13,8 @@ FREE, OCCUPIED, UNKNOWN = 0, 100, -1  # nav_msgs/OccupancyGrid
 class OccupancyGrid:
     """A grid aligned with the map axes. cells: (h, w) int8, row = y, column = x; cell (0, 0) has its corner at origin.
 
-    origin_xy: (x, y) of that corner, map frame, metres. Values as nav_msgs/OccupancyGrid: 0 free, 1-100 cost, -1 unknown.
+    origin_xy: (x, y) of that corner, map frame, metres. Values as nav_msgs/OccupancyGrid: 0 free, 1-100 cost,
+    -1 unknown.
     """
 
     cells: Array

@@ -1,4 +1,4 @@
-"""Say, in one apt line, which system libraries the pinned wheels miss here (open3d links several; wheels cannot carry them)."""
+"""Say, in one apt line, which system libraries the pinned wheels miss here (open3d links several)."""
 
 from __future__ import annotations
 
