@@ -1,0 +1,169 @@
+"""robot.toml: one body per port, memory, perception, parameters, operator policy. Typed; unknown keys refused."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from openbelief.parameters import Parameters
+
+Body = Literal["real", "ros", "replay", "sim"]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
+class ConfigError(ValueError):
+    """The configuration is refused: one line that names the file, the key and the remedy."""
+
+
+class Section(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Ports(Section):
+    """Which body stands behind each port. Any mix is allowed."""
+
+    camera: Body = "sim"
+    lidar: Body = "sim"
+    pose: Literal["ros", "replay", "sim"] = "sim"
+    map: Literal["ros", "replay", "sim"] = "sim"
+    navigator: Literal["ros", "sim"] = "sim"
+
+    def uses(self, body: Body) -> bool:
+        return body in (self.camera, self.lidar, self.pose, self.map, self.navigator)
+
+
+class Zenoh(Section):
+    """Where the robot's zenoh-bridge-ros2dds (or its router) listens."""
+
+    endpoint: str = "tcp/127.0.0.1:7447"
+    namespace: str = ""
+
+
+class Topics(Section):
+    """ROS names of the streams, as `ros2 topic list` prints them."""
+
+    color: str = "/camera/color/image_raw"
+    depth: str = "/camera/aligned_depth_to_color/image_raw"
+    camera_info: str = "/camera/color/camera_info"
+    lidar: str = "/livox/lidar"
+    map: str = "/map"
+
+
+class Replay(Section):
+    """The recording behind every port whose body is "replay"."""
+
+    recording: Path | None = None
+
+
+class Sim(Section):
+    """The simulated flat behind every port whose body is "sim"."""
+
+    scene: str = "flat"
+    seed: int = 1
+    camera_rate_hz: Positive = 1.0
+
+
+class Perception(Section):
+    """`scripted[:SCENE.json]` or `recorded:FILE.jsonl`."""
+
+    profile: str = "scripted"
+
+
+class OperatorPolicy(Section):
+    """Motion needs a person's yes unless `motion = "allow"`."""
+
+    motion: Literal["ask", "allow"] = "ask"
+    confirm_timeout_s: Positive = 10.0
+
+
+class Limits(Section):
+    """Freshness and time limits of a mission."""
+
+    camera_max_age_s: Positive = 0.5
+    pose_max_age_s: Positive = 0.5
+    pose_error_m: Positive = 0.10
+    navigation_timeout_s: Positive = 180.0
+
+
+class Config(Section):
+    """The whole of robot.toml; relative paths are relative to the file."""
+
+    memory: Path | None = None
+    trials: Path = Path("trials")
+    ports: Ports = Ports()
+    zenoh: Zenoh = Zenoh()
+    topics: Topics = Topics()
+    replay: Replay = Replay()
+    sim: Sim = Sim()
+    perception: Perception = Perception()
+    operator: OperatorPolicy = OperatorPolicy()
+    limits: Limits = Limits()
+    parameters: dict[str, Any] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _whole(self) -> Config:
+        if self.ports.uses("replay") and self.replay.recording is None:
+            raise ValueError('a port says "replay": name the recording with [replay] recording = "walk.mcap"')
+        self.mission_parameters()
+        return self
+
+    def mission_parameters(self) -> Parameters:
+        """The paper's parameters with this file's changes; raises ValueError on an unknown or bad one."""
+        return Parameters.from_dict(self.parameters)
+
+
+def load_config(path: Path) -> Config:
+    """Read robot.toml; raises ConfigError with one line that names what is wrong."""
+    try:
+        values = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ConfigError(f"{path}: cannot be read as TOML: {error}") from error
+    try:
+        config = Config.model_validate(values)
+    except ValidationError as error:
+        raise ConfigError(f"{path}: {_first_complaint(error)}") from error
+    return _resolve_paths(config, path.resolve().parent)
+
+
+def _first_complaint(error: ValidationError) -> str:
+    first = error.errors()[0]
+    where = ".".join(str(part) for part in first["loc"]) or "the file"
+    what = "unknown key" if first["type"] == "extra_forbidden" else first["msg"].removeprefix("Value error, ")
+    return f"{where}: {what}"
+
+
+def _resolve_paths(config: Config, base: Path) -> Config:
+    def resolved(path: Path | None) -> Path | None:
+        return None if path is None else base / path
+
+    return config.model_copy(
+        update={
+            "memory": resolved(config.memory),
+            "trials": base / config.trials,
+            "replay": config.replay.model_copy(update={"recording": resolved(config.replay.recording)}),
+        }
+    )
+
+
+def dump_config(config: Config) -> str:
+    """The configuration as TOML text; `load_config` reads it back to the same values."""
+    lines, tables = [], []
+    for name, value in config.model_dump(mode="json", exclude_none=True).items():
+        if isinstance(value, dict):
+            tables.append(f"\n[{name}]\n" + "".join(f"{key} = {_toml(item)}\n" for key, item in value.items()))
+        else:
+            lines.append(f"{name} = {_toml(value)}\n")
+    return "".join(lines + tables)
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        escaped = value.replace("\\", "\\\\").replace('"', '\\"')
+        return f'"{escaped}"'
+    return repr(value)

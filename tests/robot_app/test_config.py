@@ -1,0 +1,50 @@
+from pathlib import Path
+
+import pytest
+
+from robot_app.config import Config, ConfigError, dump_config, load_config
+
+
+def write(folder: Path, text: str) -> Path:
+    path = folder / "robot.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("memorry = 'x'", "memorry: unknown key"),
+        ("[ports]\ncamera = 'webcam'", "ports.camera"),
+        ("[ports]\nnavigator = 'real'", "ports.navigator"),
+        ("[parameters]\ntau_gg = 1.0", "tau_gg"),
+        ("[parameters]\ntau_g = nan", "tau_g must be finite"),
+        ("[limits]\ncamera_max_age_s = inf", "limits.camera_max_age_s"),
+        ("[ports]\ncamera = 'replay'", "name the recording"),
+        ("[ports\n", "cannot be read as TOML"),
+    ],
+)
+def test_a_bad_configuration_is_refused_in_one_line_that_names_the_key(tmp_path, text, complaint):
+    with pytest.raises(ConfigError) as refusal:
+        load_config(write(tmp_path, text))
+    assert complaint in str(refusal.value)
+    assert "\n" not in str(refusal.value).split("TOML")[0]
+
+
+def test_a_configuration_written_out_reads_back_to_the_same_values(tmp_path):
+    text = "memory = 'site \"x\".belief'\n[ports]\ncamera = 'ros'\n[parameters]\nk_max = 1\nconsolidate = false\n"
+    first = load_config(write(tmp_path, text))
+    again = load_config(write(tmp_path, dump_config(first)))
+    assert again == first
+    assert again.mission_parameters().k_max == 1
+
+
+def test_paths_are_relative_to_the_file_and_not_to_the_working_directory(tmp_path):
+    config = load_config(write(tmp_path, "memory = 'site.belief'"))
+    assert config.memory == tmp_path / "site.belief"
+
+
+def test_the_defaults_are_a_whole_simulated_robot_that_asks_before_it_moves():
+    config = Config()
+    assert {config.ports.camera, config.ports.pose, config.ports.navigator} == {"sim"}
+    assert config.operator.motion == "ask"
