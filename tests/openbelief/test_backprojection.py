@@ -25,7 +25,7 @@ def test_a_point_projects_back_onto_its_pixel_in_the_map_frame() -> None:
     pixels = np.zeros((6, 8), bool)
     pixels[4, 6] = True
     point = backproject(pixels, frame(np.full((6, 8), 2.0), T), Parameters())
-    np.testing.assert_allclose(point, [[1.0 - 0.3, -2.0 + 0.5, 2.5]], atol=1e-6)  # camera (0.5, 0.3, 2) turned by 90 deg
+    np.testing.assert_allclose(point, [[1.0 - 0.3, -2.0 + 0.5, 2.5]], atol=1e-6)  # (0.5, 0.3, 2) turned by 90 deg
     assert point.dtype == np.float32
 
 
