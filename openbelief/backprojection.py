@@ -34,11 +34,16 @@ def snap(points: Array, voxel_m: float) -> Array:
 
     points: (n, 3), finite, n may be 0. Voxels are aligned with the map's axes, so two clouds share their voxels.
     """
+    return occupied_voxels(points, voxel_m)[0]
+
+
+def occupied_voxels(points: Array, voxel_m: float) -> tuple[Array, Array]:
+    """The centres of `snap`, and (k,) int: how many of the points each voxel holds."""
     if len(points) == 0:
-        return np.zeros((0, 3), np.float32)
+        return np.zeros((0, 3), np.float32), np.zeros(0, np.int64)
     voxels = np.floor(np.asarray(points, np.float64) / voxel_m).astype(np.int64)
     low = voxels.min(axis=0)
     size = voxels.max(axis=0) - low + 1
-    keys = np.unique(np.ravel_multi_index(tuple((voxels - low).T), tuple(size)))
+    keys, counts = np.unique(np.ravel_multi_index(tuple((voxels - low).T), tuple(size)), return_counts=True)
     unique = np.column_stack(np.unravel_index(keys, tuple(size))) + low
-    return ((unique + 0.5) * voxel_m).astype(np.float32)
+    return ((unique + 0.5) * voxel_m).astype(np.float32), counts
