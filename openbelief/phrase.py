@@ -1,0 +1,51 @@
+"""Phrase hygiene: what a model or a person said, made comparable. The raw phrase stays with the evidence."""
+
+from __future__ import annotations
+
+import unicodedata
+
+MAX_CHARACTERS = 60
+MAX_WORDS = 8
+
+# Things a robot is not sent to. The last word decides, so "floor lamp" and "door mat" stay objects.
+BACKGROUND = (
+    *("wall", "walls", "floor", "floors", "flooring", "ceiling", "ceilings", "window", "windows", "window frame"),
+    *("door frame", "doorframe", "doorway", "doorways", "baseboard", "skirting board", "background"),
+)
+
+
+def comparable(raw: str | None) -> str | None:
+    """Lower case, NFC, no control or zero-width characters, at most 8 words and 60 characters; None where none is left.
+
+    No singularising ("glasses"). An instruction in a phrase is data like any other text.
+    """
+    if raw is None:
+        return None
+    words = clean(raw).lower().split()[:MAX_WORDS]
+    while len(words) > 1 and len(" ".join(words)) > MAX_CHARACTERS:
+        words.pop()
+    return unicodedata.normalize("NFC", " ".join(words)[:MAX_CHARACTERS].strip()) or None
+
+
+def clean(raw: str) -> str:
+    """NFC text with control characters as spaces, and format (zero-width), private and unpaired characters dropped."""
+    text = unicodedata.normalize("NFC", raw)
+    return "".join(" " if c == "Cc" or c[0] == "Z" else letter for letter, c in _kinds(text) if c not in _INVISIBLE)
+
+
+def printable(raw: str, limit: int = 120) -> str:
+    """One line safe for a terminal or a log, at most `limit` characters: no control, no invisible characters."""
+    line = " ".join(clean(raw).split())
+    return line if len(line) <= limit else line[: limit - 1] + "…"
+
+
+def is_background(phrase: str) -> bool:
+    """True where the phrase ends in a background word ("white wall", but not "wall clock")."""
+    return any(phrase == word or phrase.endswith(" " + word) for word in BACKGROUND)
+
+
+_INVISIBLE = ("Cf", "Cs", "Co", "Cn")
+
+
+def _kinds(text: str) -> list[tuple[str, str]]:
+    return [(letter, unicodedata.category(letter)) for letter in text]

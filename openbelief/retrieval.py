@@ -1,0 +1,100 @@
+"""Free-form retrieval (Sec. III-E): three language heads, reliability fusion, and the retrieval rule with exclusion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, get_args
+
+import numpy as np
+
+from openbelief.arrays import Array
+from openbelief.parameters import Parameters
+
+if TYPE_CHECKING:
+    from openbelief.memory import ObjectNode
+
+Readout = Literal["consensus", "early", "belief"]
+NOTHING_TO_COMPARE = -1.0  # the lowest cosine: a node without language whose feature is not text-aligned comes last
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An object and how well it fits a query: the fused score, and its channels (None where there is none)."""
+
+    object_id: int
+    score: float
+    visual: float | None
+    language: float | None
+
+
+def consensus_head(consensus: Array, query: Array) -> float:
+    """H_i^con = <f_i^t, f_q>."""
+    return float(consensus @ query)
+
+
+def early_head(embeddings: Array, query: Array) -> float:
+    """H_i^early = <g_ik*, f_q>, k* = argmax_k V_ik: concepts come by falling support."""
+    return float(embeddings[0] @ query)
+
+
+def belief_head(belief: Array, embeddings: Array, query: Array) -> float:
+    """H_i^bel = sum_k p_ik <g_ik, f_q> (eq. retrieval-heads)."""
+    return float(belief @ (embeddings @ query))
+
+
+def language_score(node: ObjectNode, query: Array, readout: Readout) -> float | None:
+    """H_i^(r)(q) of (d,) unit query; None where K_i = 0."""
+    if not node.concepts or node.consensus is None:
+        return None
+    embeddings = node.embeddings
+    return {
+        "consensus": lambda: consensus_head(node.consensus.astype(np.float64), query),
+        "early": lambda: early_head(embeddings, query),
+        "belief": lambda: belief_head(node.belief, embeddings, query),
+    }[readout]()
+
+
+def visual_weight(node: ObjectNode, parameters: Parameters) -> float:
+    """lambda_i (eq. reliability-fusion)."""
+    if not node.concepts:
+        return parameters.lambda_no_language
+    return {"degraded": parameters.lambda_degraded, "trusted": parameters.lambda_trusted}[node.trust]
+
+
+def fuse(visual: float | None, language: float | None, visual_weight: float) -> float:
+    """S_i = lambda_i <f_i^v, f_q> + (1 - lambda_i) H_i (eq. retrieval-score); a missing channel leaves the other."""
+    if visual is None:
+        return NOTHING_TO_COMPARE if language is None else language
+    return visual if language is None else visual_weight * visual + (1.0 - visual_weight) * language
+
+
+def score(
+    nodes: Sequence[ObjectNode], query: Array, readout: Readout, parameters: Parameters, feature_text_aligned: bool
+) -> list[Candidate]:
+    """Every node's candidate for a (d,) float64 unit query, in the order of the nodes."""
+    visual = [float(n.feature.astype(np.float64) @ query) if feature_text_aligned else None for n in nodes]
+    language = [language_score(n, query, readout) for n in nodes]
+    seen, said = (visual, language) if parameters.fusion == "paper" else (_standard(visual), _standard(language))
+    fused = [fuse(v, h, visual_weight(n, parameters)) for n, v, h in zip(nodes, seen, said, strict=True)]
+    rows = zip(nodes, fused, visual, language, strict=True)
+    return [Candidate(n.id, s, v, h) for n, s, v, h in rows]
+
+
+def best_first(candidates: Sequence[Candidate], exclude: frozenset[int]) -> list[Candidate]:
+    """A_q = V_o minus R_q by falling score, ties by lowest id (eq. retrieval-rule)."""
+    return sorted((c for c in candidates if c.object_id not in exclude), key=lambda c: (-c.score, c.object_id))
+
+
+def check_readout(readout: str) -> Readout:
+    for known in get_args(Readout):
+        if readout == known:
+            return known
+    raise ValueError(f"Readout should be one of {', '.join(get_args(Readout))}, got {readout!r}.")
+
+
+def _standard(scores: list[float | None]) -> list[float | None]:
+    """One channel as z-scores over the map: image-text and text-text cosines are on different scales."""
+    known = np.array([s for s in scores if s is not None])
+    spread = known.std() if len(known) else 0.0
+    return [None if s is None else float((s - known.mean()) / spread) if spread > 0 else 0.0 for s in scores]

@@ -1,0 +1,349 @@
+"""The .belief file (SQLite): crash-safe appends while mapping, one sealed read-only file afterwards.
+
+While mapping the file is in WAL mode and every frame is one transaction; `finish` writes the partition and the phrase
+embeddings, seals the content and returns to journal_mode=DELETE, so that the one file is all there is to copy.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import sqlite3
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from openbelief.arrays import Array
+from openbelief.evidence import FrameRecord, canonical_order
+from openbelief.observation import Observation, Provenance, Rle
+from openbelief.parameters import Parameters
+
+if TYPE_CHECKING:
+    from openbelief.memory import ObjectMemory
+
+APPLICATION_ID = 0x4F42454C  # "OBEL", in the SQLite header
+FORMAT = 1  # user_version; raised when an older reader would misread
+SCHEMA = """
+CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL);
+CREATE TABLE frames (recording TEXT NOT NULL, stamp_ns INTEGER NOT NULL, skipped TEXT,
+    PRIMARY KEY (recording, stamp_ns));
+CREATE TABLE observations (
+    id INTEGER PRIMARY KEY, recording TEXT NOT NULL, frame INTEGER NOT NULL, mask INTEGER NOT NULL,
+    phrase TEXT, confidence REAL NOT NULL, points BLOB NOT NULL, feature BLOB NOT NULL,
+    stamp_ns INTEGER, bbox TEXT, rle_size TEXT, rle_counts BLOB, crop_jpeg BLOB, object INTEGER);
+CREATE TABLE phrases (phrase TEXT PRIMARY KEY, embedding BLOB NOT NULL);
+"""
+COLUMNS = "recording, frame, mask, phrase, confidence, points, feature, stamp_ns, bbox, rle_size, rle_counts, crop_jpeg"
+
+
+class BeliefFileError(ValueError):
+    """A .belief file that cannot be used; the message names the cause and the remedy in one line."""
+
+
+@dataclass(frozen=True)
+class Stored:
+    """What a finished file holds. observations in canonical order; partition: their object ids."""
+
+    observations: list[Observation]
+    digests: list[bytes]
+    partition: list[int]
+    embeddings: dict[str, Array]
+    frames: tuple[FrameRecord, ...]
+    meta: dict[str, Any]
+
+
+class BeliefStore:
+    """The writable file while mapping. Use as a context manager, or call `close`."""
+
+    def __init__(self, connection: sqlite3.Connection, path: Path) -> None:
+        self._db, self.path = connection, path
+        meta = _read_meta(connection)
+        self.text_encoder_id: str = meta["text_encoder_id"]
+        self.text_dim: int = meta["text_dim"]
+        self.feature_text_aligned: bool = meta["feature_text_aligned"]
+        self.parameters = Parameters.from_dict(meta["parameters"])
+        self.about: dict[str, Any] = meta["about"]
+
+    @classmethod
+    def create(
+        cls,
+        path: str | os.PathLike[str],
+        *,
+        text_encoder_id: str,
+        text_dim: int,
+        parameters: Parameters,
+        feature_text_aligned: bool,
+        about: Mapping[str, Any],
+    ) -> BeliefStore:
+        """A new file; raises FileExistsError where there is one, ValueError where `about` is not JSON."""
+        target = Path(path)
+        if target.exists():
+            raise FileExistsError(f"{target} exists already: choose another name, or remove it first.")
+        meta = {
+            "text_encoder_id": text_encoder_id,
+            "text_dim": int(text_dim),
+            "parameters": parameters.to_dict(),
+            "feature_text_aligned": bool(feature_text_aligned),
+            "about": dict(about),
+        }
+        rows = [(key, json.dumps(value, allow_nan=False)) for key, value in meta.items()]
+        db = _connect_for_writing(target)
+        db.executescript(f"PRAGMA application_id={APPLICATION_ID}; PRAGMA user_version={FORMAT}; BEGIN; {SCHEMA}")
+        db.executemany("INSERT INTO meta VALUES (?, ?)", rows)
+        db.execute("COMMIT")  # before WAL: the header alone must say whose file this is
+        db.execute("PRAGMA journal_mode=WAL")
+        return cls(db, target)
+
+    @classmethod
+    def resume(cls, path: str | os.PathLike[str]) -> BeliefStore:
+        """The file of an interrupted mapping, or a finished one that shall hold more. Raises BeliefFileError."""
+        target = Path(path)
+        _refuse_foreign(target)
+        with _one_line_errors(target):
+            db = _connect_for_writing(target)
+            _refuse_other_formats(db, target)
+            db.execute("PRAGMA journal_mode=WAL")
+            return cls(db, target)
+
+    def frames_done(self, recording: str) -> set[int]:
+        """Stamps (ns) of the frames already taken or skipped, so that mapping can go on after them."""
+        return {stamp for (stamp,) in self._db.execute("SELECT stamp_ns FROM frames WHERE recording = ?", (recording,))}
+
+    def frames(self) -> tuple[FrameRecord, ...]:
+        return _read_frames(self._db)
+
+    def add_frame(
+        self, recording: str, stamp_ns: int, observations: Iterable[Observation], skipped: str | None = None
+    ) -> None:
+        """One frame, all of it or nothing. ValueError: a frame done already, or another recording's evidence."""
+        rows = [_to_row(o) for o in observations]
+        if strangers := {row[0] for row in rows} - {recording}:
+            raise ValueError(f"Observations of recording {strangers.pop()!r} given as a frame of {recording!r}.")
+        if stamp_ns in self.frames_done(recording):
+            raise ValueError(f"Frame {stamp_ns} of recording {recording!r} is in {self.path} already.")
+        with self._transaction():
+            self._db.execute("DELETE FROM meta WHERE key IN ('content_hash', 'seal')")
+            self._db.execute("INSERT INTO frames VALUES (?, ?, ?)", (recording, int(stamp_ns), skipped))
+            self._insert(rows)
+
+    def observations(self) -> list[Observation]:
+        """All evidence so far, in the order it was added."""
+        return [_from_row(row) for row in self._db.execute(f"SELECT {COLUMNS} FROM observations ORDER BY id")]
+
+    def finish(self, memory: ObjectMemory) -> None:
+        """Write what `memory` made of this evidence, seal and close. Raises ValueError if it is of other evidence."""
+        order, digests = canonical_order(self.observations())
+        if digests != list(memory.digests) or memory.text_encoder_id != self.text_encoder_id:
+            raise ValueError(f"The memory was not built from the evidence and the text encoder of {self.path}.")
+        row_ids = [row_id for (row_id,) in self._db.execute("SELECT id FROM observations ORDER BY id")]
+        objects = [(int(o), row_ids[i]) for i, o in zip(order, memory.partition, strict=True)]
+        phrases = [(phrase, _blob(row)) for phrase, row in sorted(memory.embeddings.items())]
+        with self._transaction():
+            self._db.executemany("UPDATE observations SET object = ? WHERE id = ?", objects)
+            self._db.execute("DELETE FROM phrases")
+            self._db.executemany("INSERT INTO phrases VALUES (?, ?)", phrases)
+            self._set_meta("parameters", memory.parameters.to_dict())
+            self._set_meta("content_hash", memory.content_hash)
+            self._set_meta("seal", _seal(self._db))
+        self._db.execute("PRAGMA journal_mode=DELETE")  # a WAL file copied without its companion is broken
+        self.close()
+
+    def close(self) -> None:
+        self._db.close()
+
+    def __enter__(self) -> BeliefStore:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    @contextmanager
+    def _transaction(self) -> Iterator[None]:
+        self._db.execute("BEGIN IMMEDIATE")
+        try:
+            yield
+        except BaseException:
+            self._db.execute("ROLLBACK")
+            raise
+        self._db.execute("COMMIT")
+
+    def _set_meta(self, key: str, value: Any) -> None:
+        self._db.execute("INSERT OR REPLACE INTO meta VALUES (?, ?)", (key, json.dumps(value, allow_nan=False)))
+
+    def _insert(self, rows: list[tuple[Any, ...]]) -> None:
+        self._db.executemany(f"INSERT INTO observations ({COLUMNS}) VALUES ({'?, ' * 11}?)", rows)
+
+
+def read(path: str | os.PathLike[str]) -> Stored:
+    """A finished file, opened so that nothing can change it. Raises BeliefFileError with one clear line."""
+    target = Path(path)
+    _refuse_foreign(target)
+    _refuse_unfinished(target)
+    with _one_line_errors(target), closing(_connect_frozen(target)) as db:
+        _refuse_other_formats(db, target)
+        meta = _read_meta(db)
+        if "seal" not in meta:
+            raise BeliefFileError(_unfinished(target))
+        if meta["seal"] != _seal(db):
+            raise BeliefFileError(damaged(target, "its content does not match its seal"))
+        return _read_all(db, meta)
+
+
+def write(path: str | os.PathLike[str], memory: ObjectMemory) -> None:
+    """A finished file, all of it or nothing; one that is there already is replaced."""
+    target = Path(path)
+    partial = target.with_name(f".{target.name}.partial")
+    partial.unlink(missing_ok=True)
+    about = {**memory.about}
+    try:
+        with BeliefStore.create(
+            partial,
+            text_encoder_id=memory.text_encoder_id,
+            text_dim=memory.text_dim,
+            parameters=memory.parameters,
+            feature_text_aligned=memory.feature_text_aligned,
+            about=about,
+        ) as store:
+            with store._transaction():
+                frames = [(f.recording, f.stamp_ns, f.skipped) for f in memory.frames]
+                store._db.executemany("INSERT INTO frames VALUES (?, ?, ?)", frames)
+                store._insert([_to_row(o) for o in memory.observations])
+            store.finish(memory)
+        partial.replace(target)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def _connect_for_writing(path: Path) -> sqlite3.Connection:
+    db = sqlite3.connect(path, isolation_level=None, timeout=0.2)
+    db.execute("PRAGMA locking_mode=EXCLUSIVE")  # a second mapper on the same file is refused
+    return db
+
+
+def _connect_frozen(path: Path) -> sqlite3.Connection:
+    return sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro&immutable=1", uri=True)
+
+
+def _to_row(o: Observation) -> tuple[Any, ...]:
+    source = o.provenance
+    said = (o.recording, o.frame, o.mask, o.phrase, float(o.confidence), _blob(o.points), _blob(o.feature))
+    if source is None:
+        return (*said, None, None, None, None, None)
+    counts = np.asarray(source.rle["counts"], dtype="<u4").tobytes()
+    boxes = (json.dumps([int(n) for n in source.bbox]), json.dumps([int(n) for n in source.rle["size"]]))
+    return (*said, source.stamp_ns, *boxes, counts, source.crop_jpeg)
+
+
+def _from_row(row: tuple[Any, ...]) -> Observation:
+    recording, frame, mask, phrase, confidence, points, feature, stamp_ns, bbox, size, counts, crop = row
+    source = None
+    if stamp_ns is not None:
+        rle: Rle = {"size": json.loads(size), "counts": np.frombuffer(counts, dtype="<u4").tolist()}
+        source = Provenance(recording, stamp_ns, tuple(json.loads(bbox)), rle, crop)
+    return Observation(frame, mask, phrase, confidence, _floats(points).reshape(-1, 3), _floats(feature), source)
+
+
+def _blob(array: Array) -> bytes:
+    return np.ascontiguousarray(array, dtype="<f4").tobytes()
+
+
+def _floats(blob: bytes) -> Array:
+    return np.frombuffer(blob, dtype="<f4")
+
+
+def _read_all(db: sqlite3.Connection, meta: dict[str, Any]) -> Stored:
+    rows = db.execute(f"SELECT {COLUMNS}, object FROM observations ORDER BY id").fetchall()
+    observations = [_from_row(row[:-1]) for row in rows]
+    order, digests = canonical_order(observations)
+    partition = [rows[i][-1] for i in order]
+    embeddings = {phrase: _floats(row) for phrase, row in db.execute("SELECT phrase, embedding FROM phrases")}
+    return Stored([observations[i] for i in order], digests, partition, embeddings, _read_frames(db), meta)
+
+
+def _read_frames(db: sqlite3.Connection) -> tuple[FrameRecord, ...]:
+    rows = db.execute("SELECT recording, stamp_ns, skipped FROM frames ORDER BY recording, stamp_ns")
+    return tuple(FrameRecord(*row) for row in rows)
+
+
+def _read_meta(db: sqlite3.Connection) -> dict[str, Any]:
+    return {key: json.loads(value) for key, value in db.execute("SELECT key, value FROM meta")}
+
+
+def _seal(db: sqlite3.Connection) -> str:
+    """Hex sha256 over every row of every table but the seal itself, so that a flipped bit is noticed."""
+    sha = hashlib.sha256()
+    for query in (
+        "SELECT * FROM meta WHERE key != 'seal' ORDER BY key",
+        "SELECT * FROM frames ORDER BY recording, stamp_ns",
+        "SELECT * FROM observations ORDER BY id",
+        "SELECT * FROM phrases ORDER BY phrase",
+    ):
+        for row in db.execute(query):
+            for value in row:
+                data = value if isinstance(value, bytes) else repr(value).encode()
+                sha.update(f"{type(value).__name__} {len(data)} ".encode() + data)
+    return sha.hexdigest()
+
+
+def _refuse_foreign(path: Path) -> None:
+    """Look at the 100-byte SQLite header before SQLite does: what is it, and is all of it there?"""
+    if not path.is_file():
+        raise BeliefFileError(f"{path} does not exist: build it with `openbelief map`.")
+    with path.open("rb") as file:
+        header = file.read(100)
+    if not header:
+        raise BeliefFileError(f"{path} is empty, not an OpenBelief memory: build it again with `openbelief map`.")
+    if not header.startswith(b"SQLite format 3\0"[: len(header)]) or (
+        len(header) == 100 and int.from_bytes(header[68:72]) != APPLICATION_ID
+    ):
+        raise BeliefFileError(f"{path} is not an OpenBelief memory: give a file made by `openbelief map`.")
+    pages = 0 if 2 in header[18:20] else int.from_bytes(header[28:32])  # in WAL mode the count may run ahead
+    if len(header) < 100 or path.stat().st_size < pages * int.from_bytes(header[16:18]):
+        raise BeliefFileError(damaged(path, f"it is cut short at {path.stat().st_size} bytes"))
+
+
+def _refuse_unfinished(path: Path) -> None:
+    with path.open("rb") as file:
+        if 2 in file.read(20)[18:20]:  # the header's WAL marks
+            raise BeliefFileError(_unfinished(path))
+
+
+def _refuse_other_formats(db: sqlite3.Connection, path: Path) -> None:
+    found = db.execute("PRAGMA user_version").fetchone()[0]
+    if found > FORMAT:
+        raise BeliefFileError(
+            f"{path} was written by a newer OpenBelief (format {found}; this one reads {FORMAT}): update OpenBelief."
+        )
+    if found < FORMAT:
+        raise BeliefFileError(damaged(path, f"it claims format {found}, which never existed"))
+
+
+@contextmanager
+def _one_line_errors(path: Path) -> Iterator[None]:
+    """Whatever damage breaks the reading (SQLite, JSON, shapes) becomes one BeliefFileError."""
+    try:
+        yield
+    except BeliefFileError:
+        raise
+    except sqlite3.OperationalError as error:
+        if "locked" in str(error):
+            raise BeliefFileError(f"{path} is being written by another process: wait until it has finished.") from error
+        raise BeliefFileError(damaged(path, str(error))) from error
+    except (sqlite3.Error, ValueError, KeyError, TypeError, OverflowError) as error:
+        raise BeliefFileError(damaged(path, str(error))) from error
+
+
+def damaged(path: Path, how: str) -> str:
+    return f"{path} is damaged ({how}): copy it again from its source, or build it again with `openbelief map`."
+
+
+def _unfinished(path: Path) -> str:
+    return f"{path} is an unfinished mapping: run the same `openbelief map` command again, it goes on where it stopped."
