@@ -120,7 +120,7 @@ def grid_of(message: Message) -> OccupancyGrid:
         raise WireError("The cells of a map should be -1 to 100.")
     origin = (float(info.origin.position.x), float(info.origin.position.y))
     cells = message.data.reshape(info.height, info.width).astype(np.int8)
-    return OccupancyGrid(cells, float(info.resolution), origin, stamp_to_ns(message.header.stamp))
+    return OccupancyGrid(cells, float(str(np.float32(info.resolution))), origin, stamp_to_ns(message.header.stamp))
 
 
 def grid_message(grid: OccupancyGrid) -> Message:

@@ -1,0 +1,41 @@
+"""Zenoh keys of ROS names as zenoh-bridge-ros2dds builds them. Another bridge (rmw_zenoh) is another such class."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from drivers.topics import Action, Service, Topic
+
+
+@dataclass(frozen=True)
+class BridgeKeys:
+    """namespace: the bridge's own, "" or like "/g1"; every key is then below it, /tf too."""
+
+    namespace: str = ""
+
+    def topic(self, topic: Topic) -> str:
+        return self.name(topic.name)
+
+    def service(self, service: Service) -> str:
+        return self.name(service.name)
+
+    def action(self, action: Action, part: str) -> str:
+        """part: send_goal, get_result, cancel_goal (queries), feedback, status (samples)."""
+        return f"{self.name(action.name)}/_action/{part}"
+
+    def name(self, ros_name: str) -> str:
+        """A ROS name without its leading slash, below the namespace."""
+        return f"{self.namespace}/{ros_name}".replace("//", "/").strip("/")
+
+    def tokens(self, zid: str = "*") -> str:
+        """Key expression of every liveliness token of the bridge."""
+        return f"@/{zid}/@ros2_lv/**"
+
+    def bridge_token(self, zid: str) -> str:
+        """The bridge itself."""
+        return f"@/{zid}/@ros2_lv"
+
+    def action_token(self, action: Action, zid: str = "*") -> str:
+        """An action server behind the bridge."""
+        key, kind = self.name(action.name).replace("/", "§"), action.type_name.replace("/", "§")
+        return f"@/{zid}/@ros2_lv/AS/{key}/{kind}"

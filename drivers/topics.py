@@ -1,0 +1,71 @@
+"""The table of topics: everything that the workstation hears from the robot, and the actions and services it asks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+
+@dataclass(frozen=True)
+class Topic:
+    """One ROS topic. latched: TRANSIENT_LOCAL, so that who comes late still gets the last message.
+
+    max_age_s: older than this is stale; None where age means nothing. max_bytes: a larger payload is dropped.
+    logged: copied into the trial as it streams past (what a decision saw is logged in any case).
+    """
+
+    name: str
+    type_name: str
+    rate_hz: float | None
+    max_age_s: float | None
+    max_bytes: int
+    logged: bool
+    latched: bool = False
+
+
+@dataclass(frozen=True)
+class Action:
+    """One ROS action; `type_name` has no suffix."""
+
+    name: str
+    type_name: str
+
+
+@dataclass(frozen=True)
+class Service:
+    """One ROS service; its messages are `type_name` + _Request and _Response."""
+
+    name: str
+    type_name: str
+
+
+KIB, MIB = 1 << 10, 1 << 20
+IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
+
+CAMERA_INFO_TYPE, CLOUD = "sensor_msgs/msg/CameraInfo", "sensor_msgs/msg/PointCloud2"
+TRANSFORMS, GRID = "tf2_msgs/msg/TFMessage", "nav_msgs/msg/OccupancyGrid"
+
+# fmt: off
+#                   ROS name                                     type               Hz  age s     bytes  logged latched
+COLOR = Topic(      "/camera/color/image_raw",                   IMAGE,            15.0,  0.5,  8 * MIB, False)
+COLOR_JPEG = Topic( "/camera/color/image_raw/compressed",        COMPRESSED,       15.0,  0.5,  4 * MIB, False)
+DEPTH = Topic(      "/camera/aligned_depth_to_color/image_raw",  IMAGE,            15.0,  0.5,  8 * MIB, False)
+CAMERA_INFO = Topic("/camera/color/camera_info",                 CAMERA_INFO_TYPE, 15.0,  0.5,  4 * KIB, True)
+LIDAR = Topic(      "/livox/lidar",                              CLOUD,            10.0,  1.0,  8 * MIB, False)
+TF = Topic(         "/tf",                                       TRANSFORMS,       30.0,  0.5, 64 * KIB, True)
+TF_STATIC = Topic(  "/tf_static",                                TRANSFORMS,       None, None, 64 * KIB, True,  True)
+MAP = Topic(        "/map",                                      GRID,             None, None, 64 * MIB, True,  True)
+# fmt: on
+
+TOPICS = (COLOR, COLOR_JPEG, DEPTH, CAMERA_INFO, LIDAR, TF, TF_STATIC, MAP)
+
+NAVIGATE_TO_POSE = Action("/navigate_to_pose", "nav2_msgs/action/NavigateToPose")
+COMPUTE_PATH_TO_POSE = Action("/compute_path_to_pose", "nav2_msgs/action/ComputePathToPose")
+IS_ACTIVE = Service("/lifecycle_manager_navigation/is_active", "std_srvs/srv/Trigger")
+
+MAX_BYTES = max(topic.max_bytes for topic in TOPICS)  # what the link lets in at all
+ACTION_MAX_BYTES = 4 * MIB  # feedback, status and replies; a path of 10 000 poses has 1 MB
+
+
+def color_topic(name: str) -> Topic:
+    """The colour topic of that ROS name: image_transport's `.../compressed` is JPEG, anything else raw."""
+    return replace(COLOR_JPEG if name.endswith("/compressed") else COLOR, name=name)

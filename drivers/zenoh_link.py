@@ -1,0 +1,208 @@
+"""The Zenoh session of the workstation: the only driver module that imports zenoh."""
+
+from __future__ import annotations
+
+import json
+import logging
+import socket
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from types import TracebackType
+from typing import Any
+
+import zenoh
+from zenoh import ext
+from zenoh.handlers import Callback
+
+from drivers.ports import LinkLost, PortError
+from drivers.topics import MAX_BYTES
+
+logger = logging.getLogger(__name__)
+KIB = 1 << 10
+TARGET = zenoh.QueryTarget.BEST_MATCHING  # ALL_COMPLETE finds nothing behind the bridge
+
+
+@dataclass(frozen=True)
+class LinkConfig:
+    """endpoints: where the bridge or router listens, like "tcp/192.168.123.164:7447" or "tls/...".
+
+    tls: passed on to zenoh's `transport/link/tls` as it is (root_ca_certificate, connect_private_key,
+    connect_certificate, enable_mtls, verify_name_on_connect). lease_s: after how long a silent workstation counts as
+    gone at the other end; how fast we notice a silent bridge is the bridge's own lease.
+    """
+
+    endpoints: tuple[str, ...]
+    tls: Mapping[str, Any] = field(default_factory=dict)
+    lease_s: float = 2.0
+    max_message_bytes: int = MAX_BYTES + 64 * KIB
+
+    def zenoh(self, mode: str = "client") -> zenoh.Config:
+        """A client never scouts: it connects to its endpoints or not at all."""
+        config = zenoh.Config()
+        values = {
+            "mode": mode,
+            "scouting/multicast/enabled": False,
+            "scouting/gossip/enabled": False,
+            "scouting/delay": 0,
+            "transport/link/tx/lease": round(self.lease_s * 1000),
+            "transport/link/rx/max_message_size": self.max_message_bytes,
+            ("listen" if mode == "router" else "connect") + "/endpoints": list(self.endpoints),
+        }
+        if mode == "client":
+            values["listen/endpoints"] = []
+        if self.tls:
+            values["transport/link/tls"] = dict(self.tls)
+        for key, value in values.items():
+            config.insert_json5(key, json.dumps(value))
+        return config
+
+
+@dataclass(frozen=True)
+class Replies:
+    """What a query brought. None of both is ambiguous: nobody there, a request it could not read, or a dead link."""
+
+    payloads: tuple[bytes, ...] = ()
+    errors: tuple[str, ...] = ()
+
+
+class ZenohLink:
+    """One session. Callbacks run on Zenoh's network thread, in the order of arrival: they must be short, never block.
+
+    What a callback raises is logged, kept, and raised by the next `check()`.
+    """
+
+    def __init__(self, config: LinkConfig) -> None:
+        self.config = config
+        self._session: zenoh.Session | None = None
+        self._declared: list[Any] = []
+        self._failure: Exception | None = None
+        self._lock = threading.Lock()
+
+    def __enter__(self) -> ZenohLink:
+        try:
+            self._session = zenoh.open(self.config.zenoh())
+        except zenoh.ZError as error:
+            raise LinkLost(
+                f"Nothing answers at {', '.join(self.config.endpoints)}: start zenoh-bridge-ros2dds on the robot "
+                f"and check the network. ({str(error).splitlines()[0].split(' at /')[0]})"
+            ) from error
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the session; queries under way end empty. Closing twice is allowed."""
+        if self._session is not None and not self._session.is_closed():
+            self._session.close()
+        self._declared.clear()
+
+    @property
+    def alive(self) -> bool:
+        """True while a bridge or router is connected; Zenoh reconnects by itself."""
+        session = self._session
+        return session is not None and not session.is_closed() and bool(session.info.routers_zid())
+
+    def check(self) -> None:
+        """Raise what a callback of ours failed with, once; it is a fault of this program, not of the wire."""
+        with self._lock:
+            failure, self._failure = self._failure, None
+        if failure is not None:
+            raise PortError(f"A message handler failed: {type(failure).__name__}: {failure}") from failure
+
+    def subscribe(self, key: str, callback: Callable[[bytes], None], *, history: bool = False) -> None:
+        """Every payload put on that key; with `history` the last one put before we came too (latched topics)."""
+        handler = Callback(self._guard(lambda sample: callback(sample.payload.to_bytes())), indirect=False)
+        if history:
+            late = ext.HistoryConfig(detect_late_publishers=True)
+            self._declared.append(ext.declare_advanced_subscriber(self._open, key, handler, history=late))
+        else:
+            self._declared.append(self._open.declare_subscriber(key, handler))
+
+    def watch_tokens(self, pattern: str, callback: Callable[[str, bool], None]) -> None:
+        """Liveliness tokens as they come (True) and go (False), those already there first."""
+        put = zenoh.SampleKind.PUT
+        handler = Callback(self._guard(lambda s: callback(str(s.key_expr), s.kind == put)), indirect=False)
+        self._declared.append(self._open.liveliness().declare_subscriber(pattern, handler, history=True))
+
+    def put(self, key: str, payload: bytes) -> None:
+        """Publish; a put that an access rule denies vanishes silently, so nothing that matters is a put."""
+        self._open.put(key, payload, congestion_control=zenoh.CongestionControl.BLOCK)
+
+    def get(self, key: str, payload: bytes, timeout_s: float) -> Replies:
+        """Ask and wait, for `timeout_s` of wall time at most. Raises LinkLost where the session is closed."""
+        done = threading.Event()
+        answer: list[Replies] = []
+
+        def keep(replies: Replies) -> None:
+            answer.append(replies)
+            done.set()
+
+        self.get_later(key, payload, timeout_s, keep)
+        # Zenoh ends every query itself; the margin is for a loaded machine.
+        return answer[0] if done.wait(timeout_s + 1.0) else Replies(errors=("Timeout",))
+
+    def get_later(self, key: str, payload: bytes, timeout_s: float, callback: Callable[[Replies], None]) -> None:
+        """Ask without waiting; `callback` gets all replies at once, when the query has ended."""
+        payloads: list[bytes] = []
+        errors: list[str] = []
+
+        def collect(reply: zenoh.Reply) -> None:
+            if reply.ok is not None:
+                payloads.append(reply.ok.payload.to_bytes())
+            elif reply.err is not None:
+                errors.append(reply.err.payload.to_bytes().decode(errors="replace"))
+
+        def finish(_: None) -> None:
+            callback(Replies(tuple(payloads), tuple(errors)))
+
+        ended = self._guard(finish)
+        handler = Callback(self._guard(collect), lambda: ended(None), indirect=False)
+        self._open.get(key, handler, target=TARGET, timeout=timeout_s, payload=payload)
+
+    @property
+    def _open(self) -> zenoh.Session:
+        if self._session is None or self._session.is_closed():
+            raise LinkLost("The Zenoh link is closed.")
+        return self._session
+
+    def _guard(self, callback: Callable[[Any], None]) -> Callable[[Any], None]:
+        """Zenoh prints and forgets what a callback raises; we keep it."""
+
+        def guarded(event: Any) -> None:
+            try:
+                callback(event)
+            except Exception as error:  # kept, and raised again by check()
+                logger.exception("a Zenoh callback failed")
+                with self._lock:
+                    self._failure = self._failure or error
+
+        return guarded
+
+
+@contextmanager
+def open_router() -> Iterator[str]:
+    """A Zenoh router in this process, on an ephemeral port of this machine only. Yields its endpoint."""
+    session, endpoint = _listen()
+    try:
+        yield endpoint
+    finally:
+        session.close()
+
+
+def _listen(attempts: int = 5) -> tuple[zenoh.Session, str]:
+    """Zenoh does not tell which port it chose, so we choose a free one; somebody may take it first."""
+    for attempt in range(attempts):
+        with socket.socket() as probe:
+            probe.bind(("127.0.0.1", 0))
+            endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+        try:
+            return zenoh.open(LinkConfig((endpoint,)).zenoh("router")), endpoint
+        except zenoh.ZError:
+            if attempt == attempts - 1:
+                raise
+    raise AssertionError("unreachable")
