@@ -8,10 +8,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from behaviors.policy import MissionPolicy
 from openbelief.parameters import Parameters
 
 Body = Literal["real", "ros", "replay", "sim"]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
@@ -73,22 +73,6 @@ class Perception(Section):
     profile: str = "scripted"
 
 
-class OperatorPolicy(Section):
-    """Motion needs a person's yes unless `motion = "allow"`."""
-
-    motion: Literal["ask", "allow"] = "ask"
-    confirm_timeout_s: Positive = 10.0
-
-
-class Limits(Section):
-    """Freshness and time limits of a mission."""
-
-    camera_max_age_s: Positive = 0.5
-    pose_max_age_s: Positive = 0.5
-    pose_error_m: Positive = 0.10
-    navigation_timeout_s: Positive = 180.0
-
-
 class Config(Section):
     """The whole of robot.toml; relative paths are relative to the file."""
 
@@ -100,20 +84,14 @@ class Config(Section):
     replay: Replay = Replay()
     sim: Sim = Sim()
     perception: Perception = Perception()
-    operator: OperatorPolicy = OperatorPolicy()
-    limits: Limits = Limits()
-    parameters: dict[str, Any] = Field(default_factory=dict)
+    mission: MissionPolicy = MissionPolicy()
+    parameters: Parameters = Parameters()
 
     @model_validator(mode="after")
     def _whole(self) -> Config:
         if self.ports.uses("replay") and self.replay.recording is None:
             raise ValueError('a port says "replay": name the recording with [replay] recording = "walk.mcap"')
-        self.mission_parameters()
         return self
-
-    def mission_parameters(self) -> Parameters:
-        """The paper's parameters with this file's changes; raises ValueError on an unknown or bad one."""
-        return Parameters.from_dict(self.parameters)
 
 
 def load_config(path: Path) -> Config:
@@ -129,10 +107,13 @@ def load_config(path: Path) -> Config:
     return _resolve_paths(config, path.resolve().parent)
 
 
+UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")
+
+
 def _first_complaint(error: ValidationError) -> str:
     first = error.errors()[0]
     where = ".".join(str(part) for part in first["loc"]) or "the file"
-    what = "unknown key" if first["type"] == "extra_forbidden" else first["msg"].removeprefix("Value error, ")
+    what = "unknown key" if first["type"] in UNKNOWN_KEY else first["msg"].removeprefix("Value error, ")
     return f"{where}: {what}"
 
 

@@ -19,7 +19,8 @@ def write(folder: Path, text: str) -> Path:
         ("[ports]\nnavigator = 'real'", "ports.navigator"),
         ("[parameters]\ntau_gg = 1.0", "tau_gg"),
         ("[parameters]\ntau_g = nan", "tau_g must be finite"),
-        ("[limits]\ncamera_max_age_s = inf", "limits.camera_max_age_s"),
+        ("[mission]\ncamera_max_age_s = inf", "camera_max_age_s"),
+        ("[mission]\nmotion = 'always'", "mission.motion"),
         ("[ports]\ncamera = 'replay'", "name the recording"),
         ("[ports\n", "cannot be read as TOML"),
     ],
@@ -36,7 +37,7 @@ def test_a_configuration_written_out_reads_back_to_the_same_values(tmp_path):
     first = load_config(write(tmp_path, text))
     again = load_config(write(tmp_path, dump_config(first)))
     assert again == first
-    assert again.mission_parameters().k_max == 1
+    assert again.parameters.k_max == 1
 
 
 def test_paths_are_relative_to_the_file_and_not_to_the_working_directory(tmp_path):
@@ -47,4 +48,4 @@ def test_paths_are_relative_to_the_file_and_not_to_the_working_directory(tmp_pat
 def test_the_defaults_are_a_whole_simulated_robot_that_asks_before_it_moves():
     config = Config()
     assert {config.ports.camera, config.ports.pose, config.ports.navigator} == {"sim"}
-    assert config.operator.motion == "ask"
+    assert config.mission.motion == "ask"
