@@ -30,7 +30,9 @@ def unit_vector(vector: Array, what: str = "feature", tolerance: float = 1e-2) -
     norm = float(np.linalg.norm(array.astype(np.float64)))
     if not np.isfinite(norm) or abs(norm - 1.0) > tolerance:
         raise ValueError(f"{what} must be finite and of unit length, got length {norm:.4g}.")
-    return (array / np.float32(norm)).astype(np.float32)
+    if abs(norm - 1.0) <= 1e-6:  # float32's own rounding: kept to the bit, so that evidence read back is the evidence
+        return array
+    return (array / norm).astype(np.float32)
 
 
 def normalize(rows: Array) -> Array:
