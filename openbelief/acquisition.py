@@ -1,0 +1,128 @@
+"""From a frame and its masks to observations (paper Sec. III-B); what cannot be used is refused by name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from openbelief.arrays import Array
+from openbelief.backprojection import backproject, occupied_voxels
+from openbelief.observation import Mask, Observation, Provenance, RgbdFrame, encode_rle, mask_bbox
+from openbelief.parameters import Parameters
+
+CROP_MARGIN_PX = 8
+CROP_MAX_PX = 256  # a wall's crop is the whole image; a person needs no more than this to recognise a thing
+CROP_JPEG_QUALITY = 85
+
+
+class MaskRefused(ValueError):
+    """A mask gives no observation; the message is the reason, the same for all of its kind."""
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """A mask that gave no observation, and why."""
+
+    frame: int
+    mask: int
+    reason: str
+
+
+def acquire(frame: RgbdFrame, masks: Sequence[Mask], parameters: Parameters) -> tuple[list[Observation], list[Refusal]]:
+    """The observations o_e of one frame (eq. observation), and the masks that were refused."""
+    observations: list[Observation] = []
+    refusals: list[Refusal] = []
+    for mask in masks:
+        try:
+            observations.append(observe(frame, mask, parameters))
+        except MaskRefused as refused:
+            refusals.append(Refusal(frame.index, mask.index, str(refused)))
+    return observations, refusals
+
+
+def observe(frame: RgbdFrame, mask: Mask, parameters: Parameters) -> Observation:
+    """One mask as an observation; raises MaskRefused.
+
+    n_e is the number of occupied voxels: w_e = c sqrt(n) must not follow the image's resolution.
+    """
+    pixels = np.asarray(mask.pixels, dtype=bool)
+    if pixels.shape != frame.depth_m.shape:
+        raise MaskRefused("mask has another size than the frame")
+    if np.count_nonzero(pixels) < parameters.min_mask_px:
+        raise MaskRefused(f"mask smaller than {parameters.min_mask_px} pixels")
+    points = backproject(pixels, frame, parameters)
+    if len(points) < parameters.min_points:
+        raise MaskRefused(f"fewer than {parameters.min_points} pixels with depth in range")
+    points = largest_cluster(points, parameters)
+    if len(points) == 0:
+        raise MaskRefused("no cluster of points is dense enough")
+    return Observation(
+        frame=frame.index,
+        mask=mask.index,
+        phrase=mask.phrase or None,
+        confidence=mask.confidence,
+        points=points,
+        feature=mask.feature,
+        provenance=provenance(frame, pixels),
+    )
+
+
+def largest_cluster(points: Array, parameters: Parameters) -> Array:
+    """(k, 3) float32 voxel centres of the largest DBSCAN cluster of (n, 3) points; k = 0 where all is noise.
+
+    The largest by points, then by voxels. Distances are taken between occupied voxels and densities counted in points:
+    with eps = 4 voxels this differs from DBSCAN over every point by less than a voxel, and is 20 times faster.
+    """
+    voxels, weights = occupied_voxels(points, parameters.voxel_m)
+    pairs = cKDTree(voxels).query_pairs(parameters.cluster_eps_m, output_type="ndarray")
+    core = _neighbourhood(pairs, weights) >= parameters.cluster_min_points
+    if not core.any():
+        return voxels[:0]
+    labels = _core_components(pairs, core)
+    border = pairs[core[pairs[:, 0]] != core[pairs[:, 1]]]
+    border = np.where(core[border[:, :1]], border, border[:, ::-1])  # (core, border)
+    labels[border[:, 1]] = labels[border[:, 0]]
+    sizes = np.bincount(labels[labels >= 0], weights=weights[labels >= 0])
+    return voxels[labels == int(np.argmax(sizes))]
+
+
+def provenance(frame: RgbdFrame, pixels: Array) -> Provenance:
+    """Where the mask was and what it looked like, so that a person can be shown it."""
+    bbox = mask_bbox(pixels)
+    return Provenance(frame.recording, frame.stamp_ns, bbox, encode_rle(pixels), crop_jpeg(frame.color, bbox))
+
+
+def crop_jpeg(color: Array, bbox: tuple[int, int, int, int]) -> bytes:
+    """The box and a margin of (h, w, 3) RGB as JPEG, at most CROP_MAX_PX on its longer side."""
+    x0, y0, x1, y1 = bbox
+    m = CROP_MARGIN_PX
+    crop = color[max(y0 - m, 0) : y1 + m, max(x0 - m, 0) : x1 + m]
+    shrink = CROP_MAX_PX / max(crop.shape[:2])
+    if shrink < 1:
+        crop = cv2.resize(crop, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
+    bgr = cv2.cvtColor(np.ascontiguousarray(crop), cv2.COLOR_RGB2BGR)
+    return cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, CROP_JPEG_QUALITY])[1].tobytes()
+
+
+def _neighbourhood(pairs: Array, weights: Array) -> Array:
+    """(k,) points within eps of each voxel, its own included."""
+    k = len(weights)
+    density = weights.astype(float)
+    density += np.bincount(pairs[:, 0], weights=weights[pairs[:, 1]], minlength=k)
+    density += np.bincount(pairs[:, 1], weights=weights[pairs[:, 0]], minlength=k)
+    return density
+
+
+def _core_components(pairs: Array, core: Array) -> Array:
+    """(k,) component of each core voxel, -1 elsewhere."""
+    k = len(core)
+    joined = pairs[core[pairs[:, 0]] & core[pairs[:, 1]]]
+    graph = coo_matrix((np.ones(len(joined), bool), (joined[:, 0], joined[:, 1])), shape=(k, k))
+    _, labels = connected_components(graph, directed=False)
+    return np.where(core, labels, -1)
