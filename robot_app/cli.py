@@ -20,6 +20,7 @@ VERBS = {
     "trials": "list recorded trials and their outcomes",
     "recover": "rewrite what a truncated recording still holds",
     "eval": "score a memory against ground truth",
+    "bench": "measure this machine under a part's full load",
 }
 
 
