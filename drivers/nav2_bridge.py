@@ -1,0 +1,311 @@
+"""Nav2 behind zenoh-bridge-ros2dds, as the Navigator port. docs/nav2.md has the table of how each failure ends."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from drivers import ros_action as action
+from drivers.bridge_keys import BridgeKeys
+from drivers.nav2_result import error_words, failure_of, navigation_result
+from drivers.nav2_signs import Nav2Signs
+from drivers.ports import (
+    Clock,
+    LinkLost,
+    Map,
+    NavigationFeedback,
+    NavigationResult,
+    NavigationStatus,
+    PathPlan,
+    PortError,
+    PoseSource,
+)
+from drivers.ros_action import ActionClient, Answer
+from drivers.ros_convert import path_of, pose_message, pose_of
+from drivers.ros_messages import Message, codec
+from drivers.topics import COMPUTE_PATH_TO_POSE, NAVIGATE_TO_POSE
+from drivers.zenoh_link import ZenohLink
+from openbelief.pose import Pose2
+from openbelief.traversability import path_length
+
+STILL_MOVING = "The robot may still be moving: use the remote."
+
+
+@dataclass(frozen=True)
+class Nav2Limits:
+    """Seconds. Time-outs of queries are wall time, everything else is the clock's."""
+
+    send_s: float = 2.0
+    plan_s: float = 5.0
+    result_poll_s: float = 2.0  # a get_result waits at the server; it is asked again when it ends without an answer
+    result_ask_s: float = 0.5  # once the status says that the goal has ended
+    cancel_s: float = 0.45  # twice: the goal, then all goals; with a pause within the 1 s that the port allows
+    silence_s: float = 5.0  # no feedback and no status: lost. A reconnection takes up to 4 s
+    goal_s: float = 600.0  # no goal takes longer
+    pose_age_s: float = 0.5
+
+
+@dataclass
+class Goal:
+    """One goal and all that was heard of it."""
+
+    uuid: bytes
+    sent_ns: int
+    heard_ns: int
+    before: frozenset[bytes]  # goals that the server knew before ours
+    status: int = action.UNKNOWN
+    replaced: bool = False
+    asked: int = 0  # how often a result was asked for after the status said that it had ended
+    waiting: bool = False  # a get_result is under way
+    answer: Answer | None = None
+    feedback: NavigationFeedback | None = None
+    end: NavigationResult | None = None
+    lock: threading.Lock = field(default_factory=threading.Lock)
+
+
+class Nav2Bridge:
+    """The Navigator port over Zenoh.
+
+    new_uuid gives each goal its 16 bytes. poses and grid are the ports whose freshness is part of "Nav2 is up".
+    """
+
+    def __init__(
+        self,
+        link: ZenohLink,
+        clock: Clock,
+        poses: PoseSource,
+        grid: Map,
+        *,
+        new_uuid: Callable[[], bytes],
+        keys: BridgeKeys | None = None,
+        distribution: str = "jazzy",
+        limits: Nav2Limits | None = None,
+    ) -> None:
+        self._link, self._clock, self._new_uuid = link, clock, new_uuid
+        self._limits = limits or Nav2Limits()
+        keys, shapes = keys or BridgeKeys(), codec(distribution)
+        self._navigate = ActionClient(link, keys, NAVIGATE_TO_POSE, shapes)
+        self._planner = ActionClient(link, keys, COMPUTE_PATH_TO_POSE, shapes)
+        self.signs = Nav2Signs(link, keys, shapes, poses, grid, pose_age_s=self._limits.pose_age_s)
+        self._statuses: dict[bytes, int] = {}
+        self._goal: Goal | None = None
+
+    def start(self) -> None:
+        """Begin to hear status, feedback and liveliness; all of it ends with the link."""
+        self._navigate.listen(self._on_feedback, self._on_status)
+        self.signs.start()
+
+    # The Navigator port
+
+    def unavailable(self) -> str | None:
+        self._link.check()
+        return next((sign.sentence for sign in self.signs.read() if not sign.ok), None)
+
+    def plan(self, goal: Pose2) -> PathPlan:
+        """Raises LinkLost where the planner does not answer: that is no statement on the path."""
+        uuid = self._new_uuid()
+        taken = self._planner.send_goal(uuid, self._limits.send_s, goal=pose_message(goal))
+        if taken.message is None:
+            raise LinkLost(f"Nav2's planner does not answer: {taken.why}.")
+        if not taken.message.accepted:
+            return PathPlan(None, "Nav2's planner rejected the question: is planner_server active?")
+        answer = self._planner.get_result(uuid, self._limits.plan_s)
+        if answer.message is None:
+            raise LinkLost(f"Nav2's planner took the question and gave no path: {answer.why}.")
+        return _path_plan(answer.message)
+
+    def send(self, goal: Pose2) -> NavigationResult | None:
+        if self._goal is not None and self._goal.end is None:
+            raise PortError("A goal is under way: cancel it before sending another.")
+        self._link.check()
+        now_ns = self._clock.now_ns()
+        self._goal = track = Goal(self._new_uuid(), now_ns, now_ns, frozenset(self._statuses))
+        track.end = self._send(track, pose_message(goal))
+        if track.end is None:
+            self._ask_result(track)
+        return track.end
+
+    def feedback(self) -> NavigationFeedback | None:
+        return self._goal.feedback if self._goal else None
+
+    def result(self) -> NavigationResult | None:
+        track = self._goal
+        if track is None:
+            raise PortError("No goal was sent.")
+        if track.end is None:
+            track.end = self._ended(track) or self._overdue(track)
+        return track.end
+
+    def cancel(self, *, because: str) -> NavigationResult:
+        track = self._goal
+        if track is None:
+            return NavigationResult(NavigationStatus.CANCELED, "No goal was under way.")
+        if track.end is None:
+            track.end = self._cancel(track, because)
+        return track.end
+
+    # Sending
+
+    def _send(self, track: Goal, pose: Message) -> NavigationResult | None:
+        """The first answer counts; without one the same uuid is sent again, which cannot run twice."""
+        first = self._navigate.send_goal(track.uuid, self._limits.send_s, pose=pose)
+        if first.message is not None:
+            return None if first.message.accepted else _rejected()
+        second = self._navigate.send_goal(track.uuid, self._limits.send_s, pose=pose)
+        if second.message is None:
+            return self._lose(track, f"Nav2 did not say whether it took the goal: {second.why}.")
+        return None if second.message.accepted else self._known(track)
+
+    def _known(self, track: Goal) -> NavigationResult | None:
+        """ "Not accepted" to a repeated uuid means "already running" or "rejected": the server's goals decide."""
+        if track.status != action.UNKNOWN:
+            return None
+        answer = self._navigate.get_result(track.uuid, self._limits.result_ask_s)
+        if answer.message is not None and answer.message.status == action.UNKNOWN:
+            return _rejected()
+        return None  # it waits for the goal's end, or has ended: result() goes on from here
+
+    # Ending
+
+    def _ask_result(self, track: Goal) -> None:
+        """One get_result waits at the server while the goal runs."""
+        with track.lock:
+            if track.waiting:
+                return
+            track.waiting = True
+
+        def keep(answer: Answer) -> None:
+            with track.lock:
+                track.waiting = False
+                track.answer = answer if answer.message is not None else track.answer
+
+        try:
+            self._navigate.get_result_later(track.uuid, self._limits.result_poll_s, keep)
+        except LinkLost:
+            track.waiting = False
+            raise
+
+    def _ended(self, track: Goal) -> NavigationResult | None:
+        answer = track.answer
+        if answer is None and track.status in action.TERMINAL:
+            track.asked += 1
+            answer = self._navigate.get_result(track.uuid, self._limits.result_ask_s)
+        if answer is not None and answer.message is not None:
+            return self._judge(track, answer.message)
+        if track.asked >= 3:
+            return _from_status(track)
+        if track.status not in action.TERMINAL:
+            self._ask_result(track)
+        return None
+
+    def _judge(self, track: Goal, response: Message) -> NavigationResult | None:
+        if response.status in action.TERMINAL:
+            return navigation_result(response.status, response.result, replaced=track.replaced)
+        if track.status in action.TERMINAL:
+            return _from_status(track)
+        if response.status == action.UNKNOWN:
+            return self._lose(track, "Nav2 does not know the goal any more: it was restarted, or the result expired.")
+        track.answer = None  # "still running" is no result
+        return None
+
+    def _overdue(self, track: Goal) -> NavigationResult | None:
+        now_ns = self._clock.now_ns()
+        silent_s, running_s = (now_ns - track.heard_ns) / 1e9, (now_ns - track.sent_ns) / 1e9
+        if silent_s > self._limits.silence_s:
+            return self._lose(track, f"{self.signs.whose_silence()} Nothing was heard for {silent_s:.1f} s.")
+        if running_s > self._limits.goal_s:
+            stopped = self._cancel(track, f"the goal took longer than {self._limits.goal_s:g} s")
+            in_time = stopped.status == NavigationStatus.CANCELED
+            return NavigationResult(NavigationStatus.TIMED_OUT, stopped.reason) if in_time else stopped
+        return None
+
+    def _lose(self, track: Goal, reason: str) -> NavigationResult:
+        """A goal that we lost sight of is cancelled all the same: the robot must not drive on unwatched."""
+        stopped = self._cancel(track, "it was lost from sight")
+        if stopped.status == NavigationStatus.STILL_MOVING:
+            return NavigationResult(NavigationStatus.STILL_MOVING, f"{reason} {STILL_MOVING}")
+        return NavigationResult(NavigationStatus.LOST, f"{reason} {stopped.reason}")
+
+    # Cancelling
+
+    def _cancel(self, track: Goal, because: str) -> NavigationResult:
+        try:
+            answer = self._navigate.cancel(track.uuid, self._limits.cancel_s)
+            code = None if answer.message is None else int(answer.message.return_code)
+            if code == action.CANCEL_OK:
+                return NavigationResult(NavigationStatus.CANCELED, f"The goal was cancelled: {because}.")
+            if code == action.CANCEL_TERMINATED or (code is not None and track.status in action.TERMINAL):
+                return self._had_ended(track)
+            return self._cancel_all(because, code)
+        except LinkLost as error:
+            return NavigationResult(NavigationStatus.STILL_MOVING, f"{error} {STILL_MOVING}")
+
+    def _had_ended(self, track: Goal) -> NavigationResult:
+        """The goal ended before the cancel came: how?"""
+        answer = track.answer or self._navigate.get_result(track.uuid, self._limits.result_ask_s)
+        if answer.message is not None and answer.message.status in action.TERMINAL:
+            return navigation_result(answer.message.status, answer.message.result, replaced=track.replaced)
+        if track.status in action.TERMINAL:
+            return _from_status(track)
+        return NavigationResult(NavigationStatus.LOST, "The goal had ended before it was cancelled; how is not known.")
+
+    def _cancel_all(self, because: str, code: int | None) -> NavigationResult:
+        if code is None:
+            self._clock.sleep(0.05)  # a link that just dropped may be back
+        answer = self._navigate.cancel(action.ALL_GOALS, self._limits.cancel_s)
+        if answer.message is None or answer.message.return_code == action.CANCEL_REJECTED:
+            why = answer.why or "Nav2 refused"
+            return NavigationResult(NavigationStatus.STILL_MOVING, f"The cancel was not taken: {why}. {STILL_MOVING}")
+        if code == action.CANCEL_UNKNOWN_GOAL:
+            return NavigationResult(
+                NavigationStatus.LOST, "Nav2 did not know the goal that was to be cancelled; all goals were cancelled."
+            )
+        return NavigationResult(NavigationStatus.CANCELED, f"All goals of Nav2 were cancelled: {because}.")
+
+    # Hearing (on Zenoh's thread)
+
+    def _on_feedback(self, message: Message) -> None:
+        track = self._goal
+        if track is None or bytes(message.goal_id.uuid) != track.uuid:
+            return
+        now_ns, heard = self._clock.now_ns(), message.feedback
+        track.feedback = NavigationFeedback(
+            stamp_ns=now_ns,
+            pose=pose_of(heard.current_pose),
+            distance_remaining_m=float(heard.distance_remaining),
+            navigation_time_s=heard.navigation_time.sec + heard.navigation_time.nanosec / 1e9,
+            recoveries=int(heard.number_of_recoveries),
+        )
+        track.heard_ns = now_ns
+
+    def _on_status(self, statuses: dict[bytes, int]) -> None:
+        self._statuses = statuses
+        track = self._goal
+        if track is None:
+            return
+        if track.uuid in statuses:
+            track.status, track.heard_ns = statuses[track.uuid], self._clock.now_ns()
+        others = statuses.keys() - track.before - {track.uuid}
+        track.replaced = track.replaced or any(statuses[uuid] in action.ACTIVE for uuid in others)
+
+
+def _path_plan(response: Message) -> PathPlan:
+    if response.status != action.SUCCEEDED:
+        return PathPlan(None, f"No way was found: {error_words(*failure_of(response.result))}.")
+    points = path_of(response.result.path)
+    if len(points) == 0:
+        return PathPlan(None, "No way was found: Nav2's planner returned an empty path.")
+    return PathPlan(path_length(points))
+
+
+def _rejected() -> NavigationResult:
+    return NavigationResult(NavigationStatus.REJECTED, "Nav2 rejected the goal: is bt_navigator active?")
+
+
+def _from_status(track: Goal) -> NavigationResult:
+    """The result itself is lost; the status says enough."""
+    end = {action.SUCCEEDED: NavigationStatus.SUCCEEDED, action.CANCELED: NavigationStatus.CANCELED}.get(
+        track.status, NavigationStatus.PREEMPTED if track.replaced else NavigationStatus.ABORTED
+    )
+    return NavigationResult(end, f"Nav2's status says {end}; its result message was lost.")

@@ -1,0 +1,63 @@
+"""What Nav2's numbers mean, in an operator's words."""
+
+from __future__ import annotations
+
+from drivers.ports import NavigationResult, NavigationStatus
+from drivers.ros_action import ABORTED, CANCELED, SUCCEEDED
+from drivers.ros_messages import Message
+
+ERROR_WORDS = {
+    1: "the goal was rejected inside Nav2",
+    2: "the goal could not be sent on inside Nav2",
+    100: "the controller failed",
+    101: "the controller is not configured",
+    102: "the controller missed a transform: check /tf and the clocks",
+    103: "the path was not valid",
+    104: "the controller lost patience: something blocks the way",
+    105: "the robot made no progress: something blocks the way",
+    106: "no safe motion was found: something is too near",
+    107: "the controller took too long",
+    200: "the planner failed",
+    201: "the planner is not configured",
+    202: "the planner missed a transform: check /tf and the clocks",
+    203: "the robot stands outside the map",
+    204: "the goal lies outside the map",
+    205: "the robot stands in an obstacle of the map",
+    206: "the goal is occupied",
+    207: "planning took too long",
+    208: "there is no way to the goal",
+    9000: "the navigator failed",
+    9001: "the behaviour tree could not be loaded",
+    9002: "the navigator missed a transform: check /tf and the clocks",
+    9003: "the navigator took too long",
+}
+
+
+def error_words(code: int, message: str) -> str:
+    """A clause for Nav2's error_code and error_msg; code 0 gives no reason at all."""
+    known = ERROR_WORDS.get(code, f"error {code}")
+    if code == 0:
+        known = "without giving a reason (as it does for a goal pose that it cannot use)"
+    return f"{known} ({message})" if message else known
+
+
+def failure_of(result: Message) -> tuple[int, str]:
+    """(code, message) of an action's result; Humble's results have neither."""
+    return int(getattr(result, "error_code", 0)), str(getattr(result, "error_msg", ""))
+
+
+def navigation_result(status: int, result: Message, *, replaced: bool) -> NavigationResult:
+    """The end of a goal from its terminal status and result.
+
+    replaced: another goal came after ours. Nav2 aborts a goal that was replaced, with code 0.
+    """
+    code, message = failure_of(result)
+    if status == SUCCEEDED:
+        return NavigationResult(NavigationStatus.SUCCEEDED, "Nav2 reached the goal.")
+    if status == CANCELED:
+        return NavigationResult(NavigationStatus.CANCELED, "The goal was cancelled, and not by this program.", code)
+    if status == ABORTED and code == 0 and replaced:
+        return NavigationResult(
+            NavigationStatus.PREEMPTED, "Another goal replaced ours: somebody else drives the robot."
+        )
+    return NavigationResult(NavigationStatus.ABORTED, f"Nav2 gave up: {error_words(code, message)}.", code)

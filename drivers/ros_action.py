@@ -1,0 +1,118 @@
+"""A ROS 2 action or service asked over Zenoh: every question ends in a message or in the reason why there is none."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from drivers.bridge_keys import BridgeKeys
+from drivers.intake import Intake
+from drivers.ros_messages import Codec, Message, WireError
+from drivers.topics import ACTION_MAX_BYTES, Action, Service
+from drivers.zenoh_link import Replies, ZenohLink
+
+CANCEL, STATUS_ARRAY = "action_msgs/srv/CancelGoal", "action_msgs/msg/GoalStatusArray"
+ALL_GOALS = bytes(16)  # the zero uuid with a zero stamp
+UNKNOWN, ACCEPTED, EXECUTING, CANCELING, SUCCEEDED, CANCELED, ABORTED = range(7)  # action_msgs/GoalStatus
+ACTIVE, TERMINAL = (ACCEPTED, EXECUTING, CANCELING), (SUCCEEDED, CANCELED, ABORTED)
+CANCEL_OK, CANCEL_REJECTED, CANCEL_UNKNOWN_GOAL, CANCEL_TERMINATED = range(4)  # action_msgs/CancelGoal
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The reply to one question; where there is none, `why` is the clause that says so."""
+
+    message: Message | None
+    why: str = ""
+
+
+class ServiceClient:
+    """Asks one ROS service; an action is three of them."""
+
+    def __init__(self, link: ZenohLink, key: str, type_name: str, codec: Codec) -> None:
+        self._link, self._key, self._type_name, self._codec = link, key, type_name, codec
+
+    def ask(self, timeout_s: float, **fields: Message) -> Answer:
+        """Wait for the reply, `timeout_s` of wall time at most. Raises LinkLost where our own session is closed."""
+        return self._answer(self._link.get(self._key, self._request(fields), timeout_s))
+
+    def ask_later(self, timeout_s: float, use: Callable[[Answer], None], **fields: Message) -> None:
+        """The same without waiting."""
+        payload = self._request(fields)
+        self._link.get_later(self._key, payload, timeout_s, lambda replies: use(self._answer(replies)))
+
+    def _request(self, fields: dict[str, Message]) -> bytes:
+        return self._codec.encode(self._codec.make(f"{self._type_name}_Request", **fields))
+
+    def _answer(self, replies: Replies) -> Answer:
+        """An empty list is ambiguous: no such service, a request it could not read, or a link that died."""
+        if len(replies.payloads) > 1:
+            return Answer(None, f"{len(replies.payloads)} servers answered on {self._key}: leave one running")
+        if replies.payloads:
+            return self._decoded(replies.payloads[0])
+        if replies.errors:
+            late = "Timeout" in replies.errors
+            return Answer(None, "no answer came in time" if late else f"the answer was an error: {replies.errors[0]}")
+        return Answer(None, f"nobody answered on {self._key}")
+
+    def _decoded(self, payload: bytes) -> Answer:
+        if len(payload) > ACTION_MAX_BYTES:
+            return Answer(None, f"the answer has {len(payload)} bytes, more than the {ACTION_MAX_BYTES} allowed")
+        try:
+            return Answer(self._codec.decode(payload, f"{self._type_name}_Response"))
+        except WireError as error:
+            return Answer(None, f"the answer cannot be read: {error}")
+
+
+def service_client(link: ZenohLink, keys: BridgeKeys, service: Service, codec: Codec) -> ServiceClient:
+    return ServiceClient(link, keys.service(service), service.type_name, codec)
+
+
+class ActionClient:
+    """Asks one ROS action server behind the bridge and hears what it says."""
+
+    def __init__(self, link: ZenohLink, keys: BridgeKeys, action: Action, codec: Codec) -> None:
+        self.action, self._link, self._keys, self._codec = action, link, keys, codec
+        self._send = self._service("send_goal", f"{action.type_name}_SendGoal")
+        self._result = self._service("get_result", f"{action.type_name}_GetResult")
+        self._cancel = self._service("cancel_goal", CANCEL)
+
+    def _service(self, part: str, type_name: str) -> ServiceClient:
+        return ServiceClient(self._link, self._keys.action(self.action, part), type_name, self._codec)
+
+    def send_goal(self, uuid: bytes, timeout_s: float, **goal: Message) -> Answer:
+        """SendGoal_Response. The same uuid sent twice cannot run twice."""
+        message = self._codec.make(f"{self.action.type_name}_Goal", **goal)
+        return self._send.ask(timeout_s, goal_id=self._uuid(uuid), goal=message)
+
+    def get_result(self, uuid: bytes, timeout_s: float) -> Answer:
+        """GetResult_Response; the server answers when the goal has ended, at once where it knows no such goal."""
+        return self._result.ask(timeout_s, goal_id=self._uuid(uuid))
+
+    def get_result_later(self, uuid: bytes, timeout_s: float, use: Callable[[Answer], None]) -> None:
+        self._result.ask_later(timeout_s, use, goal_id=self._uuid(uuid))
+
+    def cancel(self, uuid: bytes, timeout_s: float) -> Answer:
+        """CancelGoal_Response; ALL_GOALS cancels every goal of the server."""
+        info = self._codec.make("action_msgs/msg/GoalInfo", goal_id=self._uuid(uuid))
+        return self._cancel.ask(timeout_s, goal_info=info)
+
+    def listen(self, feedback: Callable[[Message], None], status: Callable[[dict[bytes, int]], None]) -> None:
+        """Hear feedback messages, and the status of every goal by uuid (latched)."""
+        heard = self._intake("feedback", f"{self.action.type_name}_FeedbackMessage", feedback)
+        self._link.subscribe(self._keys.action(self.action, "feedback"), heard)
+        array = self._intake("status", STATUS_ARRAY, lambda message: status(statuses(message)))
+        self._link.subscribe(self._keys.action(self.action, "status"), array, history=True)
+
+    def _intake(self, part: str, type_name: str, use: Callable[[Message], None]) -> Intake:
+        return Intake(f"{self.action.name} {part}", type_name, ACTION_MAX_BYTES, self._codec, use)
+
+    def _uuid(self, uuid: bytes) -> Message:
+        return self._codec.make("unique_identifier_msgs/msg/UUID", uuid=np.frombuffer(uuid, np.uint8))
+
+
+def statuses(array: Message) -> dict[bytes, int]:
+    """Goal uuid -> status of a GoalStatusArray."""
+    return {bytes(s.goal_info.goal_id.uuid): int(s.status) for s in array.status_list}
