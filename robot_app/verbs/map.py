@@ -1,0 +1,145 @@
+"""Build a memory from a ROS 2 MCAP recording: colour, depth, camera_info and /tf.
+
+Perception is played back (recorded:FILE.jsonl) or simulated (scripted:SCENE.json). Without --perception,
+WALK.perception.jsonl beside WALK.mcap is used. A mapping that was interrupted goes on where it stopped when the same
+command is given again. Images that cannot be used are skipped, counted and named.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from robot_app.cli import Failure, print_json
+
+if TYPE_CHECKING:
+    from openbelief.parameters import Parameters
+    from robot_app.mapping import MapResult
+
+EXAMPLE = "openbelief map walk.mcap --perception recorded:walk.perception.jsonl -o site.belief"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    from robot_app.perceptions import FORMS
+
+    parser.add_argument("recordings", nargs="+", type=Path, metavar="WALK.mcap", help="recordings in one map frame")
+    parser.add_argument("-o", "--out", required=True, type=Path, metavar="SITE.belief", help="the memory to write")
+    parser.add_argument(
+        "--perception", action="append", metavar="KIND:ARGUMENT", help=f"{FORMS}; once, or once for each recording"
+    )
+    parser.add_argument("--stride", type=_stride, default=1, metavar="N", help="use every Nth frame (default 1)")
+    parser.add_argument("--parameters", type=Path, metavar="FILE.toml", help="parameters unlike the paper's defaults")
+    parser.add_argument("--color-topic", metavar="TOPIC", help="where several could be meant")
+    parser.add_argument("--depth-topic", metavar="TOPIC", help="where several could be meant")
+    parser.add_argument("--camera-info-topic", metavar="TOPIC", help="where several could be meant")
+    parser.add_argument("--map-frame", default="map", metavar="FRAME", help="the frame of the memory (default map)")
+    parser.add_argument("--force", action="store_true", help="replace SITE.belief where it exists")
+
+
+def run(options: argparse.Namespace) -> int:
+    from logs.frames import Topics
+    from openbelief.perception.sentence import SentenceEncoder
+    from robot_app.mapping import MapJob, run_map
+    from robot_app.progress import progress
+
+    job = MapJob(
+        recordings=options.recordings,
+        out=options.out,
+        perceptions=options.perception or [_beside(path) for path in options.recordings],
+        parameters=_parameters(options.parameters),
+        topics=Topics(options.color_topic, options.depth_topic, options.camera_info_topic),
+        map_frame=options.map_frame,
+        stride=options.stride,
+        force=options.force,
+    )
+    if not job.out.parent.is_dir():
+        raise Failure(f"The folder {job.out.parent} does not exist: create it, or choose another -o.")
+    with progress() as shown:
+        result = run_map(job, SentenceEncoder(), shown)
+    report = _report(options.out, result)
+    if options.json:
+        print_json(report)
+    else:
+        print(_text(report))
+    return 0
+
+
+def _stride(text: str) -> int:
+    if not text.isdigit() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"a whole number from 1, not {text!r}")
+    return int(text)
+
+
+def _beside(recording: Path) -> str:
+    """The recorded perception that lies beside a recording; raises Failure where there is none."""
+    from robot_app.perceptions import FORMS
+
+    path = recording.with_suffix(".perception.jsonl")
+    if not path.is_file():
+        raise Failure(f"{path} does not exist: say who looks at the frames with --perception {FORMS}.")
+    return f"recorded:{path}"
+
+
+def _parameters(path: Path | None) -> Parameters:
+    import tomllib
+
+    from openbelief.parameters import Parameters
+
+    if path is None:
+        return Parameters()
+    try:
+        return Parameters.from_dict(tomllib.loads(path.read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError) as error:
+        raise Failure(f"--parameters {path}: {error}") from error
+
+
+def _report(out: Path, result: MapResult) -> dict[str, Any]:
+    memory = result.memory
+    return {
+        "memory": str(out),
+        "content_hash": memory.content_hash,
+        "recordings": [
+            {
+                "recording": reader.recording,
+                "frames": len(reader.plan.frames),
+                "skipped": dict(reader.skipped),
+                "first_skips": _first_of_each(reader.skips),
+                "damage": reader.damage,
+            }
+            for reader in result.readers
+        ],
+        "frames": sum(taken.frames for taken in result.taken),
+        "frames_resumed": result.resumed,
+        "observations": len(memory.observations),
+        "masks_refused": dict(result.refused),
+        "objects": len(memory.objects),
+        "seconds": {stage: round(seconds, 3) for stage, seconds in result.seconds.items()},
+    }
+
+
+def _first_of_each(skips: list[Any]) -> dict[str, str]:
+    """Reason -> the details of its first image."""
+    first: dict[str, str] = {}
+    for skip in skips:
+        first.setdefault(skip.reason, f"image {skip.index}: {skip.detail}")
+    return first
+
+
+def _text(report: dict[str, Any]) -> str:
+    lines = []
+    for each in report["recordings"]:
+        for reason, count in Counter(each["skipped"]).most_common():
+            example = each["first_skips"].get(reason)
+            lines.append(f"skipped {count} x {reason}" + (f" (first: {example})" if example else ""))
+        if each["damage"]:
+            lines.append(f"{each['recording']} is damaged: {each['damage']}. Mapped what lies before the damage.")
+    lines += [f"refused {n} masks: {reason}" for reason, n in Counter(report["masks_refused"]).most_common()]
+    resumed = f" ({report['frames_resumed']} done before)" if report["frames_resumed"] else ""
+    lines.append(
+        f"{report['frames']} frames{resumed}, {report['observations']} observations, {report['objects']} objects "
+        f"-> {report['memory']}"
+    )
+    spent = ", ".join(f"{stage} {seconds:.1f} s" for stage, seconds in report["seconds"].items())
+    return "\n".join([*lines, f"time: {spent}", f"content hash {report['content_hash']}"])
