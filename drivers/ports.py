@@ -11,6 +11,7 @@ from typing import Protocol, runtime_checkable
 
 from openbelief.arrays import Array
 from openbelief.observation import Intrinsics
+from openbelief.perception.ports import Perception
 from openbelief.pose import Pose2
 from openbelief.traversability import OccupancyGrid
 
@@ -185,3 +186,16 @@ class Operator(Protocol):
     def tell(self, sentence: str) -> None:
         """Show one sentence."""
         ...
+
+
+@dataclass(frozen=True)
+class Ports:
+    """One body behind each port that a mission reads or drives."""
+
+    clock: Clock
+    camera: Camera
+    poses: PoseSource
+    map: Map
+    navigator: Navigator
+    operator: Operator
+    perception: Perception

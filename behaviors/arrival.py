@@ -1,0 +1,64 @@
+"""What the camera sees where the robot stands now, and from where (paper: the arrival RGB-D observation)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeVar
+
+from behaviors.policy import MissionPolicy
+from drivers.ports import CameraFrame, Ports, PoseUnavailable, StaleData
+from openbelief.arrays import Array
+from openbelief.observation import Intrinsics, RgbdFrame
+from openbelief.pose import Pose2, inverse
+
+BASE_FRAME = "base_link"
+SETTLE_S = 0.5  # a humanoid sways after its last step
+TRIES, BETWEEN_TRIES_S = 20, 0.1  # a frame and its transform arrive on separate streams, some late
+
+Answer = TypeVar("Answer")
+
+
+@dataclass(frozen=True)
+class CameraMount:
+    """Where the camera sits on the robot, and what it can see; the base is planar, on the map's floor (z = 0)."""
+
+    T_base_camera: Array
+    intrinsics: Intrinsics
+
+
+def arrival_frame(index: int, ports: Ports, policy: MissionPolicy) -> RgbdFrame:
+    """The freshest frame taken after the robot stood still, with its pose at the frame's own stamp.
+
+    Raises StaleData or PoseUnavailable where two seconds of asking bring none.
+    """
+    ports.clock.sleep(SETTLE_S + policy.camera_max_age_s)  # so that a frame of permitted age was taken standing still
+    frame, T_map_camera = patiently(ports, lambda: _posed_frame(ports, policy))
+    return RgbdFrame(index, frame.stamp_ns, frame.color, frame.depth_m, frame.intrinsics, T_map_camera)
+
+
+def camera_mount(ports: Ports, policy: MissionPolicy) -> CameraMount:
+    """Measured from a frame and the transforms at its stamp, never assumed."""
+    frame, T_map_camera = patiently(ports, lambda: _posed_frame(ports, policy))
+    base = Pose2.from_matrix(ports.poses.transform_at(frame.stamp_ns, BASE_FRAME))
+    return CameraMount(inverse(base.matrix()) @ T_map_camera, frame.intrinsics)
+
+
+def robot_pose(ports: Ports, policy: MissionPolicy) -> Pose2:
+    """Where the robot is now; raises StaleData where two seconds of asking bring nothing fresh."""
+    return patiently(ports, lambda: ports.poses.robot_pose(policy.pose_max_age_s))
+
+
+def patiently(ports: Ports, ask: Callable[[], Answer]) -> Answer:
+    """Ask again, within bounds, while data is late; the last refusal is raised."""
+    for _ in range(TRIES - 1):
+        try:
+            return ask()
+        except (StaleData, PoseUnavailable):
+            ports.clock.sleep(BETWEEN_TRIES_S)
+    return ask()
+
+
+def _posed_frame(ports: Ports, policy: MissionPolicy) -> tuple[CameraFrame, Array]:
+    frame = ports.camera.latest(policy.camera_max_age_s)
+    return frame, ports.poses.transform_at(frame.stamp_ns, frame.frame_id)

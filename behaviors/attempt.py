@@ -1,0 +1,63 @@
+"""One candidate being tried: where it can be looked at from, and how often that may be tried."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+from behaviors.reobserve import ReObservation
+from drivers.ports import PathPlan, Ports
+from logs import trial_records as records
+from logs.journal import Journal
+from openbelief.goal_pose import GoalPose
+from openbelief.memory import Candidate, ObjectNode
+
+POSES_MAX = 2  # goal poses that a candidate may be approached from before it is set aside as unreached
+
+
+@dataclass(frozen=True, slots=True)
+class Approach:
+    """A goal pose that the planner has a path to."""
+
+    goal: GoalPose
+    length_m: float
+
+
+class Attempt:
+    """Candidate i. goals: the goal poses not tried yet, best first; each is given out once."""
+
+    def __init__(self, candidate: Candidate, node: ObjectNode, goals: list[GoalPose]) -> None:
+        self.candidate, self.node = candidate, node
+        self.goals = deque(goals)
+        self.looks = ReObservation(node.centroid)
+        self.approach: Approach | None = None
+        self.tried = 0
+        self.no_path_because = ""
+
+    @property
+    def label(self) -> str:
+        return self.node.label or f"object {self.node.id}"
+
+    def next_approach(self, ports: Ports, journal: Journal) -> Approach | None:
+        """The next-best goal pose with a path; None when two were tried or none is left, `no_path_because` says why."""
+        self.approach = None
+        while self.goals and self.tried < POSES_MAX:
+            goal = self.goals.popleft()
+            self.tried += 1
+            plan = ports.navigator.plan(goal.pose)
+            journal.write(self._record(goal, plan))
+            if plan.length_m is not None:
+                self.approach = Approach(goal, plan.length_m)
+                return self.approach
+            self.no_path_because = plan.reason or "the planner finds no path"
+        return None
+
+    def _record(self, goal: GoalPose, plan: PathPlan) -> records.Goal:
+        return records.Goal(
+            object_id=self.node.id,
+            purpose="approach",
+            pose=records.PlanarPose.of(goal.pose),
+            expected_visibility=float(goal.expected_visibility),
+            path_length_m=plan.length_m,
+            reason=plan.reason,
+        )

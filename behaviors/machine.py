@@ -1,0 +1,45 @@
+"""The mission's states and events: Algorithm 1 of the paper with an operator, and nothing that acts.
+
+`StateMachine` (not StateChart) is the strict kind: an event that a state does not accept raises TransitionNotAllowed,
+and nothing is caught. The machine is built here and never loaded from a file.
+"""
+
+from __future__ import annotations
+
+from statemachine import State, StateMachine
+
+
+class MissionMachine(StateMachine):
+    """One query. Every state that is not an end accepts `stop` and `fault`."""
+
+    query = State("query", initial=True)
+    retrieve = State("retrieve")
+    confirm = State("confirm")
+    navigate = State("navigate")
+    verify = State("verify")
+    re_observe = State("re-observe")
+    exclude = State("exclude")
+    confirmed = State("CONFIRMED", final=True)
+    failed = State("FAILED", final=True)
+    navigation_failed = State("NAVIGATION FAILED", final=True)
+    cancelled = State("CANCELLED", final=True)
+    fault_end = State("FAULT", value="fault", final=True)
+
+    asked = query.to(retrieve)
+    candidate_found = retrieve.to(confirm)
+    unseen = retrieve.to(exclude)
+    approved = confirm.to(navigate)
+    declined = confirm.to(cancelled)
+    arrived = navigate.to(verify)
+    next_pose = navigate.to.itself()
+    unreached = retrieve.to(exclude) | navigate.to(exclude) | re_observe.to(exclude)
+    matched = verify.to(confirmed)
+    low_visibility = verify.to(re_observe)
+    looked_again = re_observe.to(verify)
+    rejected = verify.to(exclude) | re_observe.to(exclude)
+    excluded = exclude.to(retrieve)
+    budget_reached = exclude.to(failed)
+    exhausted = retrieve.to(failed) | exclude.to(failed)
+    none_verified = retrieve.to(navigation_failed) | exclude.to(navigation_failed)
+    stop = cancelled.from_(query, retrieve, confirm, navigate, verify, re_observe, exclude)
+    fault = fault_end.from_(query, retrieve, confirm, navigate, verify, re_observe, exclude)

@@ -1,0 +1,320 @@
+"""Algorithm 1 of the paper: one query, from the sentence to a confirmed object or a named end.
+
+    R <- {}                                            query
+    for k = 1 .. K_max:                                exclude: attempt budget reached
+        i <- retrieve(q, R); NONE: return FAIL         retrieve
+        navigate to the candidate goal g_i             confirm, navigate
+        acquire an arrival observation and evaluate    verify
+        insufficient visibility: re-observe once       re_observe, verify
+        confirmed: return CONFIRM                      verify
+        R <- R + {i}                                   exclude
+    return FAIL
+
+`behaviors.machine` says which event leads where. Each state acts in one method below, which asks the ports and returns
+the event with its reason. A candidate that could not be reached or seen is set aside in U: that is no evidence against
+it and costs no attempt.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from behaviors.arrival import CameraMount, arrival_frame, camera_mount, robot_pose
+from behaviors.attempt import Attempt
+from behaviors.drive import RobotMayMove, drive
+from behaviors.events import (
+    BUDGET_REACHED,
+    ENDING,
+    NO_CANDIDATE_LEFT,
+    REPLIES,
+    TOLD,
+    End,
+    Event,
+    Outcome,
+    Step,
+)
+from behaviors.machine import MissionMachine
+from behaviors.policy import MissionPolicy
+from behaviors.recorded_ports import recorded
+from behaviors.to_records import checks_record, ranking_record
+from drivers.ports import PortError, Ports
+from logs import trial_records as records
+from logs.journal import Journal
+from openbelief.arrays import Array
+from openbelief.evidence import canonical_order, content_hash
+from openbelief.goal_pose import GoalSearch, goal_poses
+from openbelief.memory import ObjectMemory
+from openbelief.parameters import Parameters
+from openbelief.target_phrase import target_phrase
+from openbelief.verification import Verdict, verify
+
+RANKED = 10  # candidates whose scores are written down
+SET_ASIDE_MAX = 3
+
+
+@dataclass
+class Query:
+    """What one query has come to: q never changes, R and U only grow."""
+
+    sentence: str
+    mount: CameraMount | None = None
+    rejected: list[int] = field(default_factory=list)  # R_q
+    set_aside: list[int] = field(default_factory=list)  # U
+    confirmed: int | None = None
+    arrivals: int = 0
+    attempt: Attempt | None = None
+
+    @property
+    def target(self) -> str:
+        return target_phrase(self.sentence).text
+
+    @property
+    def visits(self) -> int:
+        """Candidates whose verification came to an end."""
+        return len(self.rejected) + (self.confirmed is not None)
+
+    @property
+    def current(self) -> Attempt:
+        """The candidate being tried; the states that need one come after retrieve."""
+        if self.attempt is None:
+            raise RuntimeError("No candidate was retrieved yet.")
+        return self.attempt
+
+
+class Mission:
+    """Runs one query at a time over a frozen memory. `journal` receives every consumed input and every decision."""
+
+    def __init__(
+        self, ports: Ports, memory: ObjectMemory, parameters: Parameters, policy: MissionPolicy, journal: Journal
+    ) -> None:
+        self._ports, self._journal = recorded(ports, journal), journal
+        self._memory, self._parameters, self._policy = memory, parameters, policy
+        self._acts: dict[str, Callable[[Query, Step], Step]] = {
+            "query": self._query,
+            "retrieve": self._retrieve,
+            "confirm": self._confirm,
+            "navigate": self._navigate,
+            "verify": self._verify,
+            "re_observe": self._re_observe,
+            "exclude": self._exclude,
+        }
+
+    def run(self, sentence: str) -> Outcome:
+        """One query to its end. Raises ValueError where the sentence names nothing; other trouble ends in FAULT."""
+        query = Query(sentence)
+        target_phrase(sentence)
+        self._journal.write(records.Query(sentence=sentence))
+        machine, step, frozen = MissionMachine(), Step(Event.ASKED, ""), fingerprint(self._memory)
+        while not machine.is_terminated:
+            source = str(machine.current_state_value)
+            step = self._next(source, query, step)
+            if step.event in ENDING and fingerprint(self._memory) != frozen:
+                step = Step(Event.FAULT, "the memory changed during the mission: open it again from its file")
+            machine.send(step.event)
+            target = str(machine.current_state_value)
+            self._journal.write(
+                records.Transition(source=source, event=step.event, target=target, because=step.because)
+            )
+        return self._ended(End(target.upper()), query, step)
+
+    # ---- the states, in the order of Algorithm 1
+
+    def _query(self, query: Query, _: Step) -> Step:
+        """Before anybody is asked anything: can the robot drive, does its camera see, and from where?"""
+        if why := self._ports.navigator.unavailable():
+            return Step(Event.FAULT, why)
+        query.mount = camera_mount(self._ports, self._policy)
+        return Step(Event.ASKED, f"looking for {query.target!r}")
+
+    def _retrieve(self, query: Query, _: Step) -> Step:
+        """i <- retrieve(q, R_q), over what is not set aside either; and its goal poses g_i."""
+        excluded = frozenset(query.rejected + query.set_aside)
+        ranking = self._memory.rank(query.sentence, self._policy.readout, excluded, RANKED)
+        self._journal.write(
+            ranking_record(
+                ranking,
+                self._memory,
+                target=query.target,
+                readout=self._policy.readout,
+                rejected=query.rejected,
+                set_aside=query.set_aside,
+            )
+        )
+        if not ranking:
+            return self._nothing_left(query, self._memory.nothing_because(query.sentence, excluded))
+        node = self._memory.objects[ranking[0].object_id]
+        found = self._goal_search(node.points, query)
+        attempt = query.attempt = Attempt(ranking[0], node, list(found.poses))
+        self._journal.write(
+            records.Chosen(
+                attempt=query.visits + 1, object_id=node.id, label=attempt.label, score=float(ranking[0].score)
+            )
+        )
+        if not found.poses:
+            self._journal.write(_no_goal(node.id, found.reason))
+            return Step(Event.UNSEEN, found.reason)
+        approach = attempt.next_approach(self._ports, self._journal)
+        if approach is None:
+            return Step(Event.UNREACHED, attempt.no_path_because)
+        return Step(Event.CANDIDATE_FOUND, f"the {attempt.label} scores {ranking[0].score:.2f}")
+
+    def _confirm(self, query: Query, _: Step) -> Step:
+        """A person's yes for this candidate: the drive, its other goal pose, and the looks around it."""
+        if self._policy.motion == "allow":
+            return Step(Event.APPROVED, "the configuration allows motion without asking")
+        event, because = REPLIES[self._ports.operator.confirm(_question(query.current), self._policy.confirm_timeout_s)]
+        return Step(event, because)
+
+    def _navigate(self, query: Query, _: Step) -> Step:
+        """Navigate to g_i; where that fails, from the next-best pose before the candidate is set aside."""
+        attempt = query.current
+        if attempt.approach is None:
+            raise RuntimeError("No goal pose was chosen.")
+        if why := self._ports.navigator.unavailable():
+            return Step(Event.FAULT, why)
+        step = drive(attempt.approach.goal.pose, self._ports, self._policy)
+        if step.event is Event.UNREACHED and attempt.next_approach(self._ports, self._journal):
+            return Step(Event.NEXT_POSE, step.because)
+        return step
+
+    def _verify(self, query: Query, _: Step) -> Step:
+        """Acquire an arrival observation and evaluate candidate i with the three ordered checks."""
+        query.arrivals += 1
+        frame = arrival_frame(query.arrivals, self._ports, self._policy)
+        masks = self._ports.perception.perceive(frame)
+        node = query.current.node
+        checks = verify(
+            node.points,
+            frame,
+            masks,
+            self._query_feature(query),
+            self._memory.text_encoder,
+            self._parameters,
+            feature_text_aligned=self._ports.perception.feature_text_aligned,
+            pose_error_m=self._policy.pose_error_m,
+        )
+        self._journal.write(checks_record(node.id, frame.stamp_ns, checks))
+        if checks.verdict is Verdict.CONFIRMED:
+            query.confirmed = node.id
+            return Step(Event.MATCHED, checks.reason)
+        low = checks.verdict is Verdict.INSUFFICIENT_VISIBILITY
+        return Step(Event.LOW_VISIBILITY if low else Event.REJECTED, checks.reason)
+
+    def _re_observe(self, query: Query, last: Step) -> Step:
+        """One bounded re-observation; with no look left, what could not be seen is not confirmed."""
+        attempt = query.current
+        look = attempt.looks.next_look(robot_pose(self._ports, self._policy), attempt.goals)
+        if look is None:
+            return Step(Event.REJECTED, last.because)
+        self._journal.write(
+            records.Goal(
+                object_id=attempt.node.id,
+                purpose="re-observe",
+                pose=records.PlanarPose.of(look.pose),
+                expected_visibility=look.expected_visibility,
+                path_length_m=None,
+                reason=look.reason,
+            )
+        )
+        step = drive(look.pose, self._ports, self._policy)
+        return Step(Event.LOOKED_AGAIN, look.reason) if step.event is Event.ARRIVED else step
+
+    def _exclude(self, query: Query, last: Step) -> Step:
+        """R_q <- R_q + {i} where verification rejected it, else U; then the bounds on both."""
+        rejected = last.event is Event.REJECTED
+        (query.rejected if rejected else query.set_aside).append(query.current.node.id)
+        self._journal.write(
+            records.Exclusion(
+                object_id=query.current.node.id, where="rejected" if rejected else "set aside", because=last.because
+            )
+        )
+        if len(query.rejected) >= self._parameters.k_max:
+            return Step(Event.BUDGET_REACHED, BUDGET_REACHED)
+        if len(query.set_aside) >= SET_ASIDE_MAX:
+            return self._nothing_left(query, f"{SET_ASIDE_MAX} could not be looked at")
+        return Step(Event.EXCLUDED, last.because)
+
+    # ---- around them
+
+    def _next(self, state: str, query: Query, last: Step) -> Step:
+        """The state's step; a STOP before or during it comes first, and whatever is raised is a FAULT."""
+        try:
+            step = self._stopped() or self._acts[state](query, last)
+            if step.event not in (Event.STOP, Event.FAULT):
+                step = self._stopped() or step
+            if step.event in TOLD:
+                self._ports.operator.tell(TOLD[step.event].format(label=query.current.label, because=step.because))
+        except Exception as error:  # noqa: BLE001 - a mission ends with a name, whatever breaks; drive() has cancelled
+            return Step(Event.FAULT, _fault_sentence(error))
+        return step
+
+    def _stopped(self) -> Step | None:
+        because = self._ports.operator.stop_requested()
+        return Step(Event.STOP, because) if because else None
+
+    def _nothing_left(self, query: Query, why: str | None) -> Step:
+        if query.visits:
+            return Step(Event.EXHAUSTED, NO_CANDIDATE_LEFT)
+        return Step(Event.NONE_VERIFIED, f"{NO_CANDIDATE_LEFT}: {why}")
+
+    def _goal_search(self, points: Array, query: Query) -> GoalSearch:
+        if query.mount is None:
+            raise RuntimeError("The camera mount was not measured.")
+        return goal_poses(
+            points,
+            self._ports.map.latest(),
+            robot_pose(self._ports, self._policy),
+            query.mount.T_base_camera,
+            query.mount.intrinsics,
+            self._parameters,
+        )
+
+    def _query_feature(self, query: Query) -> Array:
+        """f_q, (d,) float32 unit length."""
+        encoder = self._memory.text_encoder
+        if encoder is None:
+            raise ValueError(f"The memory was opened without its text encoder {self._memory.text_encoder_id!r}.")
+        return encoder.encode([query.target])[0]
+
+    def _ended(self, end: End, query: Query, step: Step) -> Outcome:
+        outcome = Outcome(
+            end, step.because, query.visits, query.confirmed, tuple(query.rejected), tuple(query.set_aside)
+        )
+        self._journal.write(
+            records.Ended(
+                end=end,
+                reason=outcome.reason,
+                visits=outcome.visits,
+                object_id=outcome.object_id,
+                rejected=outcome.rejected,
+                set_aside=outcome.set_aside,
+            )
+        )
+        self._ports.operator.tell(f"{end.replace('_', ' ')}: {outcome.reason}")
+        return outcome
+
+
+def fingerprint(memory: ObjectMemory) -> str:
+    """The memory's content hash, computed again from the evidence it holds now."""
+    _, digests = canonical_order(memory.observations)
+    return content_hash(
+        digests, memory.partition, memory.text_encoder_id, memory.parameters, memory.feature_text_aligned
+    )
+
+
+def _question(attempt: Attempt) -> str:
+    length = f", {attempt.approach.length_m:.1f} m away" if attempt.approach else ""
+    room = f" in the {attempt.node.room}" if attempt.node.room else ""
+    return f"May I walk to the {attempt.label}{room}{length}, and look at it?"
+
+
+def _no_goal(object_id: int, reason: str) -> records.Goal:
+    return records.Goal(
+        object_id=object_id, purpose="approach", pose=None, expected_visibility=None, path_length_m=None, reason=reason
+    )
+
+
+def _fault_sentence(error: Exception) -> str:
+    """A port's sentence as it is; anything else with its kind, for it is a defect."""
+    return str(error) if isinstance(error, PortError | RobotMayMove) else f"unexpected {type(error).__name__}: {error}"

@@ -1,0 +1,81 @@
+"""Two runs of one mission, decision by decision: identical, or what differs first and by how much."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import zip_longest
+from typing import Any
+
+from logs.trial_records import Record, Transition
+
+TOLERANCE = 1e-6  # of floats; everything else must be equal
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """The first decision that differs. step: states left before it; field: "" where a record is missing or another."""
+
+    step: int
+    decision: int
+    topic: str
+    field: str
+    recorded: Any
+    replayed: Any
+
+    @property
+    def by(self) -> float | None:
+        """How far two numbers are apart, None where they are not both numbers."""
+        if _is_number(self.recorded) and _is_number(self.replayed):
+            return abs(float(self.recorded) - float(self.replayed))
+        return None
+
+    def __str__(self) -> str:
+        where = f"{self.topic}{' ' + self.field if self.field else ''}"
+        apart = f" (apart by {self.by:.3g})" if self.by is not None else ""
+        return (
+            f"step {self.step}, decision {self.decision}, {where}: "
+            f"recorded {self.recorded!r}, replayed {self.replayed!r}{apart}"
+        )
+
+
+def compare_decisions(recorded: Sequence[Record], replayed: Sequence[Record]) -> Difference | None:
+    """The first difference, None where the decisions are identical: floats within TOLERANCE, all else equal."""
+    step = 0
+    for number, (old, new) in enumerate(zip_longest(recorded, replayed), start=1):
+        if old is None or new is None or type(old) is not type(new):
+            return Difference(step, number, (old or new).topic, "", _named(old), _named(new))
+        for field, a, b in _differing("", old.model_dump(), new.model_dump()):
+            return Difference(step, number, old.topic, field, a, b)
+        step += isinstance(old, Transition)
+    return None
+
+
+def _named(record: Record | None) -> str | None:
+    if isinstance(record, Transition):
+        return f"{record.topic} {record.event} ({record.because})"
+    return None if record is None else record.topic
+
+
+def _differing(path: str, old: Any, new: Any) -> Iterator[tuple[str, Any, Any]]:
+    """(field, recorded, replayed) of every difference, in the order of the fields."""
+    if isinstance(old, dict) and isinstance(new, dict):
+        for key in dict.fromkeys([*old, *new]):
+            yield from _differing(f"{path}.{key}" if path else key, old.get(key), new.get(key))
+    elif isinstance(old, (list, tuple)) and isinstance(new, (list, tuple)):
+        for index, (a, b) in enumerate(zip(old, new, strict=False)):
+            yield from _differing(f"{path}[{index}]", a, b)
+        if len(old) != len(new):
+            yield f"{path} (length)", len(old), len(new)
+    elif not _same(old, new):
+        yield path, old, new
+
+
+def _same(old: Any, new: Any) -> bool:
+    if isinstance(old, float) and isinstance(new, float):
+        return abs(old - new) <= TOLERANCE
+    return bool(old == new)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
