@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from dataclasses import dataclass
 from typing import Protocol
@@ -149,11 +150,9 @@ class SimRobot:
         braking = np.sqrt(2 * ACCELERATION * remaining)  # the fastest that still stops in time
         self._speed = float(min(wanted, braking, self._speed + ACCELERATION * STEP_S))
         turned = self._turned(error)
-        step_m = min(self._speed * STEP_S, remaining)
-        self._move_to(
-            Pose2(*(turned.xy + step_m * np.array([np.cos(turned.yaw), np.sin(turned.yaw)])).tolist(), turned.yaw),
-            step_m,
-        )
+        step_m = float(min(self._speed * STEP_S, remaining))
+        x, y = turned.x + step_m * math.cos(turned.yaw), turned.y + step_m * math.sin(turned.yaw)
+        self._move_to(Pose2(x, y, turned.yaw), step_m)
 
     def _turned(self, error: float) -> Pose2:
         rate = float(np.clip(TURN_GAIN * error, -TURN_MAX, TURN_MAX))
