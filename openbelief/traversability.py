@@ -1,4 +1,4 @@
-"""Where the robot can stand and how it gets there: a planar grid from points, or from nav_msgs/OccupancyGrid."""
+"""Where the robot can stand, how it gets there, and what it can see from there: a planar grid, as Nav2 has it."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ class OccupancyGrid:
     """A grid aligned with the map axes. cells: (h, w) int8, row = y, column = x; cell (0, 0) has its corner at origin.
 
     origin_xy: (x, y) of that corner, map frame, metres. Values as nav_msgs/OccupancyGrid: 0 free, 1-100 cost,
-    -1 unknown; 99 and 100 are not free. heights_m: (h, w) float32, the highest thing known above each cell's floor,
-    NaN where that is not known; a Nav2 map has none.
+    -1 unknown; 99 and 100 are not free. heights_m: (h, w) float32, metres above the floor of the highest obstacle in a
+    cell, NaN where there is none; None where nobody measured, as in a Nav2 map.
     """
 
     cells: Array
@@ -121,6 +121,36 @@ def path(grid: OccupancyGrid, start: Array, goal: Array) -> Array:
 def path_length(points: Array) -> float:
     """Metres along (n, 2) points."""
     return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+
+
+def obstructed_m(grid: OccupancyGrid, eyes_xy: Array, eye_m: float, points: Array) -> Array:
+    """(m,) metres of obstacle in the line of sight from eyes (m, 2), `eye_m` above the floor, to the points' centroid.
+
+    The cells under the points (n, 3) and their neighbours are the object itself; an obstacle known to end below the
+    line is looked over; unknown floor hides nothing.
+    """
+    centroid = points.mean(axis=0, dtype=np.float64)
+    step_m = grid.resolution_m / 2
+    longest = float(np.linalg.norm(eyes_xy - centroid[:2], axis=1).max())
+    along = np.linspace(0.0, 1.0, int(np.ceil(longest / step_m)) + 1)
+    cells = grid.cell(eyes_xy[:, None, :] * (1 - along[:, None]) + centroid[:2] * along[:, None])
+    inside = grid.contains(cells)
+    row, column = np.moveaxis(np.where(inside[..., None], cells, 0), -1, 0)
+    blocking = (grid.cells >= OCCUPIED) & ~_footprint(grid, points)
+    hit = inside & blocking[row, column]
+    if grid.heights_m is not None:
+        hit &= ~(grid.heights_m[row, column] < eye_m + along * (centroid[2] - eye_m))  # NaN, not known, blocks
+    return hit.mean(axis=1) * np.linalg.norm(eyes_xy - centroid[:2], axis=1)
+
+
+def _footprint(grid: OccupancyGrid, points: Array) -> Array:
+    """(h, w) bool: the cells under the points and the cells beside those."""
+    from scipy.ndimage import binary_dilation
+
+    cells = grid.cell(points[:, :2])
+    under = np.zeros(grid.cells.shape, bool)
+    under[tuple(cells[grid.contains(cells)].T)] = True
+    return binary_dilation(under, np.ones((3, 3), bool))
 
 
 def _way_out(grid: OccupancyGrid, start: tuple[int, int]) -> Array:

@@ -39,11 +39,12 @@ class SelfOcclusion:
 
     def __init__(self, points: Array, voxel_m: float) -> None:
         extent = np.ptp(points, axis=0).astype(np.float64)
-        while np.prod(extent / voxel_m + 1) > MAX_VOXELS:
+        while np.prod(extent / voxel_m + 3) > MAX_VOXELS:
             voxel_m *= 2
-        self._voxel_m, self._low = voxel_m, np.floor(points.min(axis=0) / voxel_m).astype(np.int64)
-        voxels = self._voxels(points)
-        self._occupied = np.zeros(voxels.max(axis=0) + 1, bool)
+        self._voxel_m = voxel_m
+        self._low = np.floor(points.min(axis=0).astype(np.float64) / voxel_m) - 1  # an empty border all round
+        voxels = np.floor(points.astype(np.float64) / voxel_m - self._low).astype(np.int64)
+        self._occupied = np.zeros(voxels.max(axis=0) + 2, bool)
         self._occupied[tuple(voxels.T)] = True
 
     def hides(self, points: Array, viewpoint: Array, tolerance_m: Array) -> Array:
@@ -53,18 +54,17 @@ class SelfOcclusion:
         direction = way / np.maximum(distance, 1e-9)[:, None]
         farthest = min(float(distance.max()), float(np.linalg.norm(self._occupied.shape)) * self._voxel_m)
         steps = np.arange(0.0, max(farthest - float(tolerance_m.min()), 0.0), self._voxel_m)
-        along = tolerance_m[:, None] + steps[None, :]
-        met = self._at(points[:, None, :] + along[:, :, None] * direction[:, None, :])
-        return np.any(met & (along < distance[:, None]), axis=1)
+        along = tolerance_m[:, None] + steps
+        met = along < distance[:, None]
+        start = points / self._voxel_m - self._low
+        voxel = [
+            self._clipped(start[:, i, None] + along * (direction[:, i, None] / self._voxel_m), i) for i in range(3)
+        ]
+        return np.any(met & self._occupied[tuple(voxel)], axis=1)
 
-    def _voxels(self, points: Array) -> Array:
-        return np.floor(points / self._voxel_m).astype(np.int64) - self._low
-
-    def _at(self, points: Array) -> Array:
-        voxels = self._voxels(points)
-        inside = ((voxels >= 0) & (voxels < self._occupied.shape)).all(axis=-1)
-        i, j, k = np.moveaxis(np.where(inside[..., None], voxels, 0), -1, 0)
-        return inside & self._occupied[i, j, k]
+    def _clipped(self, coordinate: Array, axis: int) -> Array:
+        """Voxel numbers along an axis; what lies outside falls into the empty border."""
+        return np.clip(coordinate, 0, self._occupied.shape[axis] - 1).astype(np.int32)
 
 
 def visibility(points: Array, frame: RgbdFrame, parameters: Parameters, pose_error_m: float) -> Visibility:
