@@ -1,0 +1,146 @@
+"""The robot's topics as the bridge forwards them: /tf, /tf_static, /map, camera and lidar of a SimRobot."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Protocol
+
+from drivers.ports import LidarCloud
+from drivers.ros_clouds import cloud_message
+from drivers.ros_convert import camera_info_message, color_message, depth_message, grid_message, transforms_message
+from drivers.ros_messages import Message, encode
+from drivers.topics import CAMERA_INFO, COLOR, DEPTH, LIDAR, MAP, TF, TF_STATIC, Topic
+from openbelief.arrays import Array
+from openbelief.observation import Intrinsics
+from openbelief.pose import T_CAMERA_LINK_OPTICAL, Pose2, inverse
+from openbelief.traversability import OccupancyGrid
+from sim_fakes.faults import SensorFaults
+from sim_fakes.sim_bridge import SimBridge
+from sim_fakes.sim_clock import SimClock
+
+CAMERA_FRAME, LIDAR_FRAME = "camera_color_optical_frame", "livox_frame"
+TF_RATE_HZ = 30.0
+
+
+class Body(Protocol):
+    """What the topics tell of the robot."""
+
+    T_base_camera: Array
+    T_base_lidar: Array
+
+    @property
+    def intrinsics(self) -> Intrinsics: ...
+
+    @property
+    def pose(self) -> Pose2: ...
+
+    @property
+    def believed_pose(self) -> Pose2: ...
+
+    @property
+    def moving(self) -> bool: ...
+
+
+class Eyes(Protocol):
+    """What the sensors see from where the robot stands."""
+
+    def image(self, T_map_camera: Array, stamp_ns: int) -> tuple[Array, Array]:
+        """(h, w, 3) uint8 RGB and (h, w) metres."""
+        ...
+
+    def cloud(self, T_map_lidar: Array, stamp_ns: int) -> LidarCloud: ...
+
+
+class SimRosPublisher:
+    """Publishes by the clock, each batch followed by the bridge's fences.
+
+    Rendering costs 0.1 s of wall time and more, so images come at `camera_rate_hz` of simulated time and whenever the
+    robot has just come to a stop.
+    """
+
+    def __init__(
+        self,
+        bridge: SimBridge,
+        clock: SimClock,
+        robot: Body,
+        grid: OccupancyGrid,
+        eyes: Eyes | None = None,
+        faults: SensorFaults | None = None,
+        *,
+        camera_rate_hz: float = 1.0,
+        lidar_rate_hz: float = 2.0,
+    ) -> None:
+        self._bridge, self._clock, self._robot, self._grid, self._eyes = bridge, clock, robot, grid, eyes
+        self.faults = faults or SensorFaults()
+        self._camera_rate_hz, self._lidar_rate_hz = camera_rate_hz, lidar_rate_hz
+        self._was_moving = False
+
+    def start(self) -> None:
+        """Publish what is latched and a first sample of everything, then go on by the clock."""
+        self._send(TF_STATIC, transforms_message(self._stamp_ns(), self._mounts()))
+        self._send(MAP, grid_message(replace(self._grid, stamp_ns=self._stamp_ns())))
+        self._clock.every(1.0 / TF_RATE_HZ, self._tf)
+        if self._eyes is not None:
+            self._clock.every(1.0 / self._camera_rate_hz, self._camera)
+            self._clock.every(1.0 / self._lidar_rate_hz, self._lidar)
+            self._clock.every(1.0 / TF_RATE_HZ, self._camera_at_stop)
+            self._send_lidar()
+            self._send_camera()
+        self._tf()
+
+    def _mounts(self) -> list[tuple[str, str, Array]]:
+        T_base_link = self._robot.T_base_camera @ inverse(T_CAMERA_LINK_OPTICAL)
+        return [
+            ("base_link", "camera_link", T_base_link),
+            ("camera_link", CAMERA_FRAME, T_CAMERA_LINK_OPTICAL),
+            ("base_link", LIDAR_FRAME, self._robot.T_base_lidar),
+        ]
+
+    def _tf(self) -> None:
+        self._send_tf()
+        self._bridge.flush()
+
+    def _send_tf(self) -> None:
+        """odom -> base_link is the true motion, map -> odom is what localisation makes of it."""
+        T_odom_base, T_map_base = self._robot.pose.matrix(), self._robot.believed_pose.matrix()
+        edges = [("map", "odom", T_map_base @ inverse(T_odom_base)), ("odom", "base_link", T_odom_base)]
+        self._send(TF, transforms_message(self._stamp_ns(), edges))
+
+    def _camera_at_stop(self) -> None:
+        stopped, self._was_moving = self._was_moving and not self._robot.moving, self._robot.moving
+        if stopped:
+            self._camera()
+
+    def _camera(self) -> None:
+        self._send_camera()
+        self._bridge.flush()
+
+    def _send_camera(self) -> None:
+        """The image and, at the very same stamp, where the robot was."""
+        assert self._eyes is not None
+        stamp_ns, robot = self._stamp_ns(), self._robot
+        color, depth_m = self._eyes.image(robot.pose.matrix() @ robot.T_base_camera, stamp_ns)
+        self._send_tf()
+        self._send(COLOR, color_message(stamp_ns, CAMERA_FRAME, color))
+        self._send(DEPTH, depth_message(stamp_ns, CAMERA_FRAME, depth_m))
+        self._send(CAMERA_INFO, camera_info_message(stamp_ns, CAMERA_FRAME, robot.intrinsics))
+
+    def _lidar(self) -> None:
+        self._send_lidar()
+        self._bridge.flush()
+
+    def _send_lidar(self) -> None:
+        assert self._eyes is not None
+        stamp_ns = self._stamp_ns()
+        cloud = self._eyes.cloud(self._robot.pose.matrix() @ self._robot.T_base_lidar, stamp_ns)
+        self._send(LIDAR, cloud_message(replace(cloud, frame_id=LIDAR_FRAME)))
+
+    def _send(self, topic: Topic, message: Message) -> None:
+        if topic.name in self.faults.muted:
+            return
+        payload = encode(message)
+        spoil = self.faults.spoiled.get(topic.name)
+        self._bridge.publish(topic, spoil(payload) if spoil else payload)
+
+    def _stamp_ns(self) -> int:
+        return self._clock.now_ns() if self.faults.frozen_ns is None else self.faults.frozen_ns
