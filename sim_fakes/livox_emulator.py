@@ -166,6 +166,7 @@ def main() -> None:
     while (now_ns := clock.now_ns()) < end_ns:
         emulator.advance_to(now_ns)
         clock.sleep(STEP_S)
+    emulator.advance_to(end_ns)
     emulator.close()
     json.dump(emulator.stream.sent, sys.stdout)
 

@@ -1,0 +1,46 @@
+"""An emulated lidar's datagrams without sockets, and a clock that moves by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+import pytest
+
+from drivers.livox.control_wire import Found
+from drivers.livox.intake import Intake
+from sim_fakes.livox_scan import open_room
+from sim_fakes.livox_stream import LivoxStream, Outgoing
+
+ZERO = 1_700_000_000_000_000_000
+
+
+class HandClock:
+    def __init__(self) -> None:
+        self.ns = ZERO
+
+    def now_ns(self) -> int:
+        return self.ns
+
+    def sleep(self, seconds: float) -> None:
+        self.ns += round(seconds * 1e9)
+
+
+@pytest.fixture
+def clock() -> HandClock:
+    return HandClock()
+
+
+@pytest.fixture
+def stream() -> Callable[..., LivoxStream]:
+    return lambda ranges=open_room, **options: LivoxStream(ranges, Found(9, "SN1", "127.0.0.2", 56100), **options)
+
+
+@pytest.fixture
+def take() -> Callable[[Intake, Iterable[Outgoing], int], None]:
+    def _take(intake: Intake, outgoing: Iterable[Outgoing], arrival_ns: int) -> None:
+        doors = {"points": intake.take_points, "imu": intake.take_imu, "push": intake.take_push}
+        for channel, datagram in outgoing:
+            if channel in doors:
+                doors[channel](datagram, arrival_ns)
+
+    return _take
