@@ -1,0 +1,287 @@
+"""Small honest bodies for a mission: boxes on a floor, ray-cast by numpy, a robot that jumps, a clock that is slept."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from behaviors.events import Outcome
+from behaviors.mission import Mission
+from behaviors.policy import MissionPolicy
+from drivers.ports import (
+    CameraFrame,
+    NavigationResult,
+    NavigationStatus,
+    PathPlan,
+    Ports,
+    StaleData,
+)
+from logs.journal import ListJournal
+from logs.trial_compare import compare_decisions
+from logs.trial_records import Record
+from openbelief import g1
+from openbelief.arrays import Array
+from openbelief.memory import ObjectMemory
+from openbelief.observation import Intrinsics, Mask, Observation, RgbdFrame
+from openbelief.parameters import Parameters
+from openbelief.perception.sentence import SentenceEncoder
+from openbelief.pose import Pose2
+from openbelief.traversability import FREE, OCCUPIED, OccupancyGrid
+from sim_fakes.replay import replay_ports
+from sim_fakes.sim_clock import SimClock
+
+ENCODER = SentenceEncoder()
+CAMERA_FRAME = "camera_color_optical_frame"
+K = Intrinsics(160, 120, 154.3, 154.3, 79.5, 59.5)  # the G1's colour camera, a quarter of its pixels
+SIDE_M, CELL_M = 8.0, 0.05
+OK = NavigationResult(NavigationStatus.SUCCEEDED, "goal reached")
+
+
+@dataclass(frozen=True)
+class Box:
+    """Something on the floor. mapped: what mapping called it, None = not in the memory. seen: what it is up close."""
+
+    low: tuple[float, float, float]
+    high: tuple[float, float, float]
+    mapped: str | None
+    seen: str | None
+    in_map: bool = True  # False: an obstacle that the grid does not know
+
+    @property
+    def centre(self) -> Array:
+        return (np.array(self.low) + self.high) / 2
+
+
+def box(x: float, y: float, mapped: str | None, seen: str | None, size: float = 0.4, z: float = 0.0, **more) -> Box:
+    half = size / 2
+    return Box((x - half, y - half, z), (x + half, y + half, z + size), mapped, seen, **more)
+
+
+def surface(item: Box, step: float = 0.02) -> Array:
+    """(n, 3) points on the faces that a walk around the box sees, at voxel centres."""
+    low, high = np.array(item.low), np.array(item.high)
+    axes = [np.arange(a + step / 2, b, step) for a, b in zip(low, high, strict=True)]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    edge = (np.abs(grid[:, :2] - low[:2]) < step).any(1) | (np.abs(grid[:, :2] - high[:2]) < step).any(1)
+    return grid[edge | (np.abs(grid[:, 2] - high[2]) < step)].astype(np.float32)
+
+
+def memory_of(boxes: list[Box], parameters: Parameters) -> ObjectMemory:
+    observations = [
+        Observation(frame, index, item.mapped, 0.9, surface(item), ENCODER.encode([item.mapped])[0])
+        for frame in range(3)
+        for index, item in enumerate(boxes)
+        if item.mapped
+    ]
+    return ObjectMemory.build(observations, ENCODER, parameters)
+
+
+def grid_of(boxes: list[Box]) -> OccupancyGrid:
+    n = round(SIDE_M / CELL_M)
+    cells = np.full((n, n), FREE, np.int8)
+    cells[[0, -1]], cells[:, [0, -1]] = OCCUPIED, OCCUPIED
+    for item in (b for b in boxes if b.in_map):
+        low, high = (np.floor(np.array(corner[:2]) / CELL_M).astype(int) for corner in (item.low, item.high))
+        cells[low[1] : high[1], low[0] : high[0]] = OCCUPIED
+    return OccupancyGrid(cells, CELL_M, (0.0, 0.0))
+
+
+class Stage:
+    """Everything around one mission; tests set its attributes before `run`."""
+
+    def __init__(self, boxes: list[Box], robot: Pose2 = Pose2(1.0, 1.0, 0.0), **parameters) -> None:
+        self.boxes, self.robot = boxes, robot
+        self.parameters = Parameters(**parameters)
+        self.policy = MissionPolicy()
+        self.memory = memory_of(boxes, self.parameters)
+        self.clock = SimClock(1_700_000_000_000_000_000)
+        self.camera_works: Callable[[], bool] = lambda: True
+        self.unavailable: str | None = None
+        self.drives: list[Drive] = []  # scripts of the goals to come; afterwards every drive succeeds
+        self.no_path: Callable[[Pose2], str | None] = lambda goal: None
+        self.replies: list[str] = []  # to "may I?"; afterwards "yes"
+        self.stop_when: Callable[[], bool] = lambda: False
+        self.on_perceive: Callable[[], None] = lambda: None
+        self.told: list[str] = []
+        self.sent: list[Pose2] = []
+        self.cancelled: list[str] = []
+        self.asked: list[str] = []
+        self.perceived = 0
+        self.journal = ListJournal()
+
+    def run(self, sentence: str = "take me to the fire extinguisher") -> Outcome:
+        """One mission; its replay from the journal must decide the same."""
+        self.outcome = Mission(self.ports, self.memory, self.parameters, self.policy, self.journal).run(sentence)
+        again = self.replayed(sentence)
+        difference = compare_decisions(self.journal.decisions, again)
+        assert difference is None, str(difference)
+        assert [d.model_dump_json() for d in again] == [d.model_dump_json() for d in self.replayed(sentence)]
+        return self.outcome
+
+    def replayed(self, sentence: str, entries=None) -> list[Record]:
+        journal = ListJournal()
+        ports = replay_ports(self.journal.entries if entries is None else entries)
+        Mission(ports, self.memory, self.parameters, self.policy, journal).run(sentence)
+        return journal.decisions
+
+    def of(self, kind: type[Record]) -> list:
+        return [entry.record for entry in self.journal.entries if isinstance(entry.record, kind)]
+
+    @property
+    def path(self) -> list[str]:
+        """The states that the mission went through."""
+        return [record["target"] for record in (d.model_dump() for d in self.journal.decisions) if "target" in record and "source" in record]
+
+    @property
+    def ports(self) -> Ports:
+        return Ports(
+            clock=self.clock,
+            camera=StageCamera(self),
+            poses=StagePoses(self),
+            map=SimpleNamespace(latest=lambda: grid_of(self.boxes)),
+            navigator=StageNavigator(self),
+            operator=StageOperator(self),
+            perception=StagePerception(self),
+        )
+
+
+@dataclass
+class Drive:
+    """What becomes of one goal. polls: results asked for before `end`. turned: error of the final yaw, radians."""
+
+    end: NavigationResult | None = OK  # None: under way until cancelled
+    polls: int = 3
+    rejected: NavigationResult | None = None
+    cancel: NavigationResult = field(default=NavigationResult(NavigationStatus.CANCELED, "cancelled"))
+    turned: float = 0.0
+    raises: Exception | None = None
+    cancel_raises: Exception | None = None
+
+
+class StageNavigator:
+    def __init__(self, stage: Stage) -> None:
+        self.stage = stage
+        self.drive = Drive()
+        self.polled = 0
+        self.goal: Pose2 | None = None
+
+    def unavailable(self) -> str | None:
+        return self.stage.unavailable
+
+    def plan(self, goal: Pose2) -> PathPlan:
+        why = self.stage.no_path(goal)
+        return PathPlan(None, why) if why else PathPlan(goal.distance_to(self.stage.robot))
+
+    def send(self, goal: Pose2) -> NavigationResult | None:
+        self.stage.sent.append(goal)
+        self.drive = self.stage.drives.pop(0) if self.stage.drives else Drive()
+        self.goal, self.polled = goal, 0
+        return self.drive.rejected
+
+    def feedback(self) -> None:
+        return None
+
+    def result(self) -> NavigationResult | None:
+        self.polled += 1
+        if self.drive.raises:
+            raise self.drive.raises
+        if self.drive.end is None or self.polled < self.drive.polls:
+            return None
+        if self.drive.end.status is NavigationStatus.SUCCEEDED:
+            self.stage.robot = Pose2(self.goal.x, self.goal.y, self.goal.yaw + self.drive.turned)
+        return self.drive.end
+
+    def cancel(self, *, because: str) -> NavigationResult:
+        self.stage.cancelled.append(because)
+        if self.drive.cancel_raises:
+            raise self.drive.cancel_raises
+        return self.drive.cancel
+
+
+class StageOperator:
+    def __init__(self, stage: Stage) -> None:
+        self.stage = stage
+
+    def confirm(self, question: str, timeout_s: float) -> str:
+        self.stage.asked.append(question)
+        return self.stage.replies.pop(0) if self.stage.replies else "yes"
+
+    def stop_requested(self) -> str | None:
+        return "STOP pressed" if self.stage.stop_when() else None
+
+    def tell(self, sentence: str) -> None:
+        self.stage.told.append(sentence)
+
+
+class StageCamera:
+    def __init__(self, stage: Stage) -> None:
+        self.stage = stage
+
+    def latest(self, max_age_s: float) -> CameraFrame:
+        if not self.stage.camera_works():
+            raise StaleData("The camera's newest frame is 9.0 s old.")
+        depth, _ = render(self.stage.boxes, self.stage.robot)
+        color = np.full((*depth.shape, 3), 90, np.uint8)
+        return CameraFrame(self.stage.clock.now_ns(), color, depth, K, CAMERA_FRAME)
+
+
+class StagePoses:
+    def __init__(self, stage: Stage) -> None:
+        self.stage = stage
+
+    def transform_at(self, stamp_ns: int, frame_id: str) -> Array:
+        base = self.stage.robot.matrix()
+        return base @ g1.T_BASE_CAMERA if frame_id == CAMERA_FRAME else base
+
+    def robot_pose(self, max_age_s: float) -> Pose2:
+        return self.stage.robot
+
+
+class StagePerception:
+    id = "boxes"
+    feature_text_aligned = True
+
+    def __init__(self, stage: Stage) -> None:
+        self.stage = stage
+
+    def perceive(self, frame: RgbdFrame) -> list[Mask]:
+        self.stage.on_perceive()
+        self.stage.perceived += 1
+        _, ids = render(self.stage.boxes, self.stage.robot)
+        return [
+            Mask(index, ids == index, item.seen, 0.9, ENCODER.encode([item.seen])[0])
+            for index, item in enumerate(self.stage.boxes)
+            if item.seen and (ids == index).sum() >= 100
+        ]
+
+
+def render(boxes: list[Box], robot: Pose2) -> tuple[Array, Array]:
+    """((h, w) float32 depth, (h, w) int instance, -1 = floor or nothing): rays against slabs."""
+    T = robot.matrix() @ g1.T_BASE_CAMERA
+    v, u = np.mgrid[0 : K.height, 0 : K.width]
+    rays = np.column_stack((K.rays(u.ravel(), v.ravel()), np.ones(u.size))) @ T[:3, :3].T  # z = 1: t is depth
+    eye = T[:3, 3]
+    depth = np.where(rays[:, 2] < -1e-9, -eye[2] / np.minimum(rays[:, 2], -1e-9), 0.0)
+    ids = np.full(len(rays), -1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for index, item in enumerate(boxes):
+            a, b = (np.array(item.low) - eye) / rays, (np.array(item.high) - eye) / rays
+            near, far = np.minimum(a, b).max(axis=1), np.maximum(a, b).min(axis=1)
+            hit = (near < far) & (near > 0.05) & ((depth == 0) | (near < depth))
+            depth[hit], ids[hit] = near[hit], index
+    return depth.reshape(v.shape).astype(np.float32), ids.reshape(v.shape)
+
+
+@pytest.fixture
+def stage() -> type[Stage]:
+    return Stage
+
+
+@pytest.fixture
+def make() -> SimpleNamespace:
+    """`make.box(...)`, `make.drive(...)`: words for the tests' scripts."""
+    return SimpleNamespace(box=box, drive=Drive)
