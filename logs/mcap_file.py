@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
@@ -65,17 +66,20 @@ class WholeWrites:
 class McapFile:
     """Writes channels, messages, attachments and metadata; raises OSError when the disk refuses."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, unfinished: str = ".partial") -> None:
+        """unfinished: what the name ends in until the file is whole."""
         self.path = path
-        self.partial = path.with_name(path.name + ".partial")
+        self.partial = path.with_name(path.name + unfinished)
+        self.pending = 0  # messages in the open chunk, not yet given to the disk
         self._channels: dict[ChannelSpec, int] = {}
         self._schemas: dict[tuple[str, str, bytes], int] = {}
         self._sequences: dict[int, int] = {}
 
     def open(self, profile: str = PROFILE) -> McapFile:
-        """Create the file; an existing recording is never overwritten (FileExistsError)."""
-        if self.path.exists():
-            raise FileExistsError(f"{self.path} exists: recordings are never overwritten, name another file")
+        """Create the file; what exists is never overwritten (FileExistsError)."""
+        for existing in (self.path, self.partial):
+            if existing.exists():
+                raise FileExistsError(f"{existing} exists and is never overwritten: move it away, or name another file")
         self._sink = WholeWrites(self.partial)
         self._writer = Writer(
             self._sink,  # type: ignore[arg-type]  # it asks only for write, tell and flush
@@ -84,7 +88,7 @@ class McapFile:
             enable_crcs=True,
             enable_data_crcs=True,
         )
-        self._writer.start(profile=profile, library=f"openbelief {version('openbelief')}")
+        self._writer.start(profile=profile, library=_library())
         return self
 
     @property
@@ -97,7 +101,11 @@ class McapFile:
         """`sequence` counts each channel's messages from 1, unless a number from before is to be kept."""
         channel = self._channels.get(spec) or self._register(spec)
         self._sequences[channel] = self._sequences.get(channel, 0) + 1 if sequence is None else sequence
+        written = self.bytes_written
+        self.pending += 1
         self._writer.add_message(channel, log_time_ns, payload, stamp_ns, self._sequences[channel] & 0xFFFFFFFF)
+        if self.bytes_written > written:
+            self.pending = 0  # that message filled the chunk
 
     def _register(self, spec: ChannelSpec) -> int:
         key = (spec.schema_name, spec.schema_encoding, spec.schema)
@@ -111,21 +119,26 @@ class McapFile:
 
     def attach(self, name: str, media_type: str, data: bytes, *, log_time_ns: int) -> None:
         """The open chunk is finished first, so that the file's order is the order of events."""
-        self._writer.flush()
+        self._finish_chunk()
         self._writer.add_attachment(log_time_ns, log_time_ns, name, media_type, data)
 
     def metadata(self, name: str, values: Mapping[str, str]) -> None:
         """MCAP gives metadata no checksum of its own: one is added, the reader checks it and takes it away."""
-        self._writer.flush()
+        self._finish_chunk()
         self._writer.add_metadata(name, with_checksum(values))
 
     def flush(self) -> None:
         """Finish the open chunk and put everything on the disk."""
-        self._writer.flush()
+        self._finish_chunk()
         self._sink.sync()
+
+    def _finish_chunk(self) -> None:
+        self._writer.flush()
+        self.pending = 0
 
     def finish(self) -> Path:
         """Write the index, sync, and give the file its name."""
+        self._finish_chunk()
         self._writer.finish()
         self._sink.sync()
         self._sink.close()
@@ -140,6 +153,11 @@ class McapFile:
         finally:
             self._sink.close()
         return self.partial
+
+
+@cache
+def _library() -> str:
+    return f"openbelief {version('openbelief')}"
 
 
 def _sync_folder(folder: Path) -> None:

@@ -45,7 +45,7 @@ class McapRecorder:
 
     Written as `PATH.partial`, renamed when whole. A disk that is full or fails does not stop the mission: the recorder
     turns `failed`, says why in `failure`, in the log and in `NAME.events.jsonl` (whose room was reserved), keeps what
-    was written (`openbelief recover PATH.partial`), and counts what it can no longer take in `dropped`. Misuse raises:
+    was written (`openbelief recover PATH.partial`), and counts the messages it lost in `dropped`. Misuse raises:
     ValueError for a message of more than 32 MiB, FileExistsError at the start rather than overwrite a recording.
 
     Bounds: one open chunk of about 1 MB and its index in memory, plus the newest messages of `LATCHED` topics.
@@ -144,8 +144,10 @@ class McapRecorder:
             )
         with self._lock:
             self._do(self._look_around)
+            if self._file is None:
+                self.dropped += 1
+                return
             self._do(lambda file: self._put(file, message))
-            self.dropped += self._file is None
             self._remember(message)
 
     def _put(self, file: McapFile, message: _Message) -> None:
@@ -171,6 +173,7 @@ class McapRecorder:
 
     def _fail(self, cause: str) -> None:
         file, self._file = self._file, None
+        self.dropped += file.pending if file is not None else 0
         try:
             if file is not None and file.partial.exists():
                 cause += f"; keep what was written with: openbelief recover {file.abandon()}"

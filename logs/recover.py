@@ -74,7 +74,7 @@ def recover(source_path: Path, output_path: Path, progress: Callable[[float], No
         raise LogError(f"{source_path} is not there, or not a file")
     report = RecoveryReport(str(source_path), str(output_path))
     with Source(source_path) as source:
-        output = McapFile(output_path).open(_profile(source))
+        output = McapFile(output_path, unfinished=".recovering").open(_profile(source))
         try:
             _Recovery(source, output, report).run(progress)
             if not (report.messages or report.attachments or report.metadata):
@@ -115,6 +115,7 @@ class _Recovery:
         while offset < self.source.size and not self.ended:
             offset = self._take(offset)
             progress(offset / self.source.size)
+        progress(1.0)
         if self.summary is not None and self.summary.statistics is not None:
             self.report.messages_lost = self.summary.statistics.message_count - self.report.messages
 
@@ -209,8 +210,8 @@ class _Recovery:
             raise Damage("a message of a channel that is nowhere defined")
 
     def _end(self, raw: RawRecord) -> None:
-        self.ended = True
         expected = parse(raw).data_section_crc
+        self.ended = True
         if expected and self.report.complete and expected != self.source.crc(0, raw.offset):
             self.report.lost("the checksum over the whole file does not match: its index is wrong, its messages hold")
 

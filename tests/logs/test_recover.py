@@ -1,0 +1,155 @@
+"""Recover: every whole chunk comes back from any cut and any flip, and never a message that was not written."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from logs.mcap_scan import Source, record_at
+from logs.reader import LogError, LogMessage, LogReader
+from logs.recover import RecoveryReport, recover
+
+
+def recovered(damaged: Path) -> tuple[RecoveryReport, list[LogMessage]]:
+    """The messages that come back from a damaged file; the output must itself be whole."""
+    output = damaged.with_suffix(".out")
+    report = recover(damaged, output, lambda share: None)
+    messages = list(LogReader(output))
+    output.unlink()
+    assert report.messages == len(messages)
+    return report, messages
+
+
+def chunks_of(path: Path) -> list[tuple[int, int]]:
+    """(begin, end) of every chunk."""
+    spans, offset = [], 8
+    with Source(path) as source:
+        while True:
+            raw = record_at(source, offset)
+            if raw.opcode == 15:
+                return spans
+            if raw.opcode == 6:
+                spans.append((offset, raw.end))
+            offset = raw.end
+
+
+def places(path: Path, *, stride: int) -> list[int]:
+    """Every byte of the data, and every `stride`th of the index behind it."""
+    index = chunks_of(path)[-1][1]
+    return [*range(index), *range(index, path.stat().st_size, stride)]
+
+
+def is_part_of(part: list[LogMessage], whole: list[LogMessage]) -> bool:
+    """In order, nothing twice, nothing that was not there."""
+    rest = iter(whole)
+    return all(message in rest for message in part)
+
+
+def test_a_whole_file_comes_back_whole(small_recording: Path) -> None:
+    report, messages = recovered(small_recording)
+    assert report.complete and report.messages_lost == 0 and report.unverified_messages == 0
+    assert messages == list(LogReader(small_recording))
+
+
+def test_a_file_cut_anywhere_gives_back_every_chunk_before_the_cut(small_recording: Path, scratch: Path) -> None:
+    whole, data = list(LogReader(small_recording)), small_recording.read_bytes()
+    chunks, cut = chunks_of(small_recording), scratch / "cut.mcap"
+    counts = [4, 4, 1]  # messages in each chunk
+    for size in places(small_recording, stride=7):
+        cut.write_bytes(data[:size])
+        expected = sum(count for (_, end), count in zip(chunks, counts, strict=True) if end <= size)
+        try:
+            report, messages = recovered(cut)
+        except LogError as error:
+            assert expected == 0 and "nothing to keep" in str(error), f"cut at {size}"
+            continue
+        assert messages == whole[:expected], f"cut at {size}"
+        assert not report.complete
+
+
+def test_a_flip_anywhere_costs_at_most_its_own_chunk(small_recording: Path, scratch: Path) -> None:
+    whole, data = list(LogReader(small_recording)), small_recording.read_bytes()
+    chunks, flipped = chunks_of(small_recording), scratch / "flipped.mcap"
+    counts = [4, 4, 1]
+    for position in places(small_recording, stride=3):
+        bits = bytearray(data)
+        bits[position] ^= 1 << (position * 3 % 8)
+        flipped.write_bytes(bits)
+        report, messages = recovered(flipped)
+        hit = [count for (begin, end), count in zip(chunks, counts, strict=True) if begin <= position < end]
+        assert is_part_of(messages, whole), f"flip at {position}"
+        assert len(messages) >= len(whole) - sum(hit), f"flip at {position}"
+        assert not report.complete, f"flip at {position} went unnoticed"
+        assert report.unverified_messages == 0
+
+
+def test_many_faults_at_once_never_make_a_message(small_recording: Path, scratch: Path) -> None:
+    """Cuts, flips, swapped and zeroed stretches, with and without the index at the end."""
+    whole, data = list(LogReader(small_recording)), small_recording.read_bytes()
+    rng, damaged = random.Random(3), scratch / "damaged.mcap"
+    for case in range(400):
+        bits = bytearray(data[: rng.choice([len(data), rng.randrange(len(data))])])
+        for _ in range(rng.randrange(1, 5)):
+            if bits:
+                bits[rng.randrange(len(bits))] ^= 1 << rng.randrange(8)
+        if rng.random() < 0.3 and len(bits) > 100:
+            begin = rng.randrange(len(bits) - 50)
+            bits[begin : begin + rng.randrange(50)] = bytes(rng.randrange(80))
+        damaged.write_bytes(bits)
+        try:
+            _, messages = recovered(damaged)
+        except LogError:
+            continue
+        assert is_part_of(messages, whole), f"case {case}"
+
+
+def test_the_messages_of_an_attached_recording_are_never_taken_for_the_files_own(
+    nested_recording: Path, tmp_path: Path, scratch: Path
+) -> None:
+    whole, data = list(LogReader(nested_recording)), nested_recording.read_bytes()
+    begin = data.index(b"robot.toml") - 29
+    end = begin + len((tmp_path / "inner.mcap").read_bytes())
+    damaged = scratch / "damaged.mcap"
+    for position in [*range(begin - 20, begin + 60), *range(begin + 80, end, 97)]:
+        for bits in (data[:position], data[:position] + bytes([data[position] ^ 4]) + data[position + 1 :]):
+            damaged.write_bytes(bits)
+            _, messages = recovered(damaged)
+            assert is_part_of(messages, whole), f"at {position}"
+
+
+def test_the_report_says_what_was_lost(small_recording: Path, scratch: Path) -> None:
+    begin, end = chunks_of(small_recording)[1]
+    data = bytearray(small_recording.read_bytes())
+    data[(begin + end) // 2] ^= 1
+    (scratch / "hit.mcap").write_bytes(data)
+    report, messages = recovered(scratch / "hit.mcap")
+    assert (report.messages, report.messages_lost, report.chunks) == (5, 4, 2)
+    assert [loss.startswith(f"chunk at byte {begin}") for loss in report.losses] == [True]
+    assert [m.sequence for m in messages if m.topic == "/words"] == [1, 2]
+
+
+def test_attachments_and_metadata_come_back_too(small_recording: Path, scratch: Path) -> None:
+    data = small_recording.read_bytes()
+    (scratch / "cut.mcap").write_bytes(data[:-30])
+    recover(scratch / "cut.mcap", scratch / "out.mcap", lambda share: None)
+    log = LogReader(scratch / "out.mcap")
+    assert [replace(a, log_time_ns=0).data for a in log.attachments()] == [b"speed = 1\n"]
+    assert log.metadata()["run"] == {"commit": "abc"}
+    assert log.metadata()["openbelief.recovered"]["from"] == "cut.mcap"
+
+
+def test_nothing_is_left_behind_where_there_is_nothing_to_keep(tmp_path: Path) -> None:
+    (tmp_path / "a.mcap").write_bytes(b"no recording at all")
+    with pytest.raises(LogError, match="nothing to keep"):
+        recover(tmp_path / "a.mcap", tmp_path / "b.mcap", lambda share: None)
+    assert [p.name for p in tmp_path.iterdir()] == ["a.mcap"]
+
+
+def test_neither_the_source_nor_another_file_is_overwritten(small_recording: Path) -> None:
+    before = small_recording.read_bytes()
+    with pytest.raises(FileExistsError, match="never overwritten"):
+        recover(small_recording, small_recording, lambda share: None)
+    assert small_recording.read_bytes() == before
