@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -15,6 +16,7 @@ from logs.checksum import with_checksum
 
 CHUNK_BYTES = 1 << 20  # what a crash can lose at most, and what a reader must decompress at once
 PROFILE = "ros2"
+DEFINITION = "openbelief.channel"  # the metadata record that says again what a channel is
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,32 @@ class ChannelSpec:
     schema_encoding: str  # "ros2msg" or "jsonschema"
     schema: bytes
     metadata: Mapping[str, str] = field(default_factory=dict, compare=False)
+
+
+def definition_values(channel_id: int, spec: ChannelSpec) -> dict[str, str]:
+    """A channel as metadata: its definition in the first chunk must not be the only one an unfinished file has."""
+    return {
+        "id": str(channel_id),
+        "topic": spec.topic,
+        "encoding": spec.encoding,
+        "schema_name": spec.schema_name,
+        "schema_encoding": spec.schema_encoding,
+        "schema": spec.schema.decode("latin-1"),  # any bytes, and text stays readable
+        "metadata": json.dumps(dict(spec.metadata)),
+    }
+
+
+def definition_of(values: Mapping[str, str]) -> tuple[int, ChannelSpec]:
+    """The inverse of `definition_values`; their checksum was verified before."""
+    spec = ChannelSpec(
+        values["topic"],
+        values["encoding"],
+        values["schema_name"],
+        values["schema_encoding"],
+        values["schema"].encode("latin-1"),
+        json.loads(values["metadata"]),
+    )
+    return int(values["id"]), spec
 
 
 class WholeWrites:
@@ -89,6 +117,7 @@ class McapFile:
             enable_data_crcs=True,
         )
         self._writer.start(profile=profile, library=_library())
+        _sync_folder(self.path.parent)
         return self
 
     @property
@@ -115,6 +144,8 @@ class McapFile:
             self._schemas[key] = schema_id
         channel = self._writer.register_channel(spec.topic, spec.encoding, schema_id, dict(spec.metadata))
         self._channels[spec] = channel
+        self._finish_chunk()
+        self._writer.add_metadata(DEFINITION, with_checksum(definition_values(channel, spec)))
         return channel
 
     def attach(self, name: str, media_type: str, data: bytes, *, log_time_ns: int) -> None:

@@ -14,6 +14,7 @@ from mcap import records
 from mcap.opcode import Opcode
 
 from logs.checksum import ChecksumError, without_checksum
+from logs.mcap_file import DEFINITION
 from logs.mcap_scan import (
     MAGIC,
     PREFIX,
@@ -102,6 +103,7 @@ class LogReader:
                 if raw.opcode == Opcode.METADATA:
                     record = parse(raw)
                     found[record.name] = without_checksum(record.metadata)
+        found.pop(DEFINITION, None)  # for recover, not about the recording
         return found
 
     def topics(self) -> dict[str, str]:

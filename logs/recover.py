@@ -15,7 +15,7 @@ from mcap import records
 from mcap.opcode import Opcode
 
 from logs.checksum import KEY, ChecksumError, without_checksum
-from logs.mcap_file import PROFILE, ChannelSpec, McapFile
+from logs.mcap_file import DEFINITION, PROFILE, ChannelSpec, McapFile, definition_of
 from logs.mcap_scan import (
     MAGIC,
     READERS,
@@ -157,7 +157,7 @@ class _Recovery:
         self.report.chunks += 1
         if nameless:
             self.report.lost(
-                f"{len(nameless)} messages of the chunk at byte {raw.offset}: what they are was said in a lost chunk"
+                f"{len(nameless)} messages of the chunk at byte {raw.offset}: nothing says any more what they are"
             )
 
     def _write(self, message: records.Message, *, verified: bool) -> bool:
@@ -193,7 +193,12 @@ class _Recovery:
 
     def _keep_metadata(self, raw: RawRecord) -> None:
         record = parse(raw)
-        self.output.metadata(record.name, without_checksum(record.metadata))
+        values = without_checksum(record.metadata)
+        if record.name == DEFINITION and KEY in record.metadata:
+            channel_id, spec = definition_of(values)
+            self.specs.setdefault(channel_id, spec)
+            return
+        self.output.metadata(record.name, values)
         self.report.metadata += 1
         self.report.unverified_records += KEY not in record.metadata
 

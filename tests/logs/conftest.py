@@ -57,7 +57,7 @@ def scratch() -> Iterator[Path]:
 
 @pytest.fixture
 def small_recording(tmp_path: Path) -> Path:
-    """9 messages in 3 chunks, one metadata record, one attachment: 2.6 kB."""
+    """9 messages in 4 chunks, one metadata record, one attachment: about 4 kB."""
     record_small(tmp_path / "small.mcap")
     return tmp_path / "small.mcap"
 

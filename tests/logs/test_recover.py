@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from logs.mcap_scan import Source, record_at
+from logs.mcap_scan import Source, chunk_records, record_at
 from logs.reader import LogError, LogMessage, LogReader
 from logs.recover import RecoveryReport, recover
 
@@ -21,6 +21,14 @@ def recovered(damaged: Path) -> tuple[RecoveryReport, list[LogMessage]]:
     output.unlink()
     assert report.messages == len(messages)
     return report, messages
+
+
+def counts_of(path: Path) -> list[int]:
+    """How many messages each chunk holds."""
+    with Source(path) as source:
+        return [
+            sum(each.opcode == 5 for each in chunk_records(record_at(source, begin))) for begin, _ in chunks_of(path)
+        ]
 
 
 def chunks_of(path: Path) -> list[tuple[int, int]]:
@@ -57,7 +65,7 @@ def test_a_whole_file_comes_back_whole(small_recording: Path) -> None:
 def test_a_file_cut_anywhere_gives_back_every_chunk_before_the_cut(small_recording: Path, scratch: Path) -> None:
     whole, data = list(LogReader(small_recording)), small_recording.read_bytes()
     chunks, cut = chunks_of(small_recording), scratch / "cut.mcap"
-    counts = [4, 4, 1]  # messages in each chunk
+    counts = counts_of(small_recording)
     for size in places(small_recording, stride=7):
         cut.write_bytes(data[:size])
         expected = sum(count for (_, end), count in zip(chunks, counts, strict=True) if end <= size)
@@ -73,7 +81,7 @@ def test_a_file_cut_anywhere_gives_back_every_chunk_before_the_cut(small_recordi
 def test_a_flip_anywhere_costs_at_most_its_own_chunk(small_recording: Path, scratch: Path) -> None:
     whole, data = list(LogReader(small_recording)), small_recording.read_bytes()
     chunks, flipped = chunks_of(small_recording), scratch / "flipped.mcap"
-    counts = [4, 4, 1]
+    counts = counts_of(small_recording)
     for position in places(small_recording, stride=3):
         bits = bytearray(data)
         bits[position] ^= 1 << (position * 3 % 8)
@@ -126,9 +134,25 @@ def test_the_report_says_what_was_lost(small_recording: Path, scratch: Path) -> 
     data[(begin + end) // 2] ^= 1
     (scratch / "hit.mcap").write_bytes(data)
     report, messages = recovered(scratch / "hit.mcap")
-    assert (report.messages, report.messages_lost, report.chunks) == (5, 4, 2)
+    counts = counts_of(small_recording)
+    assert (report.messages_lost, report.chunks) == (counts[1], len(counts) - 1)
     assert [loss.startswith(f"chunk at byte {begin}") for loss in report.losses] == [True]
-    assert [m.sequence for m in messages if m.topic == "/words"] == [1, 2]
+    whole = [m.sequence for m in LogReader(small_recording) if m.topic == "/openbelief/note"]
+    assert [m.sequence for m in messages if m.topic == "/openbelief/note"] != whole  # the gap stays visible
+
+
+def test_an_unfinished_file_whose_first_chunk_is_damaged_still_gives_back_the_others(
+    small_recording: Path, scratch: Path
+) -> None:
+    """The chunk that defined the channels is gone, and there is no index."""
+    (begin, end), *_, (_, last) = chunks_of(small_recording)
+    data = bytearray(small_recording.read_bytes()[:last])
+    data[(begin + end) // 2] ^= 1
+    (scratch / "hit.mcap").write_bytes(data)
+    whole = list(LogReader(small_recording))
+    _, messages = recovered(scratch / "hit.mcap")
+    lost = counts_of(small_recording)[0]
+    assert 0 < lost < len(whole) and messages == whole[lost:]
 
 
 def test_attachments_and_metadata_come_back_too(small_recording: Path, scratch: Path) -> None:
