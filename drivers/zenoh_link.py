@@ -86,7 +86,7 @@ class ZenohLink:
         except zenoh.ZError as error:
             raise LinkLost(
                 f"Nothing answers at {', '.join(self.config.endpoints)}: start zenoh-bridge-ros2dds on the robot "
-                f"and check the network. ({str(error).splitlines()[0].split(' at /')[0]})"
+                "and check the network."
             ) from error
         return self
 
@@ -185,24 +185,31 @@ class ZenohLink:
 
 
 @contextmanager
-def open_router() -> Iterator[str]:
-    """A Zenoh router in this process, on an ephemeral port of this machine only. Yields its endpoint."""
-    session, endpoint = _listen()
+def open_router(endpoint: str | None = None, *, lease_s: float = 2.0) -> Iterator[str]:
+    """A Zenoh router in this process, for this machine only; yields its endpoint, by default on an ephemeral port.
+
+    lease_s: a connected client takes this router for dead after so long a silence.
+    """
+    session, endpoint = _listen(endpoint, lease_s)
     try:
         yield endpoint
     finally:
         session.close()
 
 
-def _listen(attempts: int = 5) -> tuple[zenoh.Session, str]:
+def _listen(wanted: str | None, lease_s: float, attempts: int = 5) -> tuple[zenoh.Session, str]:
     """Zenoh does not tell which port it chose, so we choose a free one; somebody may take it first."""
     for attempt in range(attempts):
-        with socket.socket() as probe:
-            probe.bind(("127.0.0.1", 0))
-            endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+        endpoint = wanted or _free_endpoint()
         try:
-            return zenoh.open(LinkConfig((endpoint,)).zenoh("router")), endpoint
+            return zenoh.open(LinkConfig((endpoint,), lease_s=lease_s).zenoh("router")), endpoint
         except zenoh.ZError:
-            if attempt == attempts - 1:
+            if wanted or attempt == attempts - 1:
                 raise
     raise AssertionError("unreachable")
+
+
+def _free_endpoint() -> str:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"

@@ -5,20 +5,19 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
 
 from drivers import ros_action as action
-from drivers.ros_convert import path_message, pose_message, pose_of
-from drivers.ros_messages import Message, WireError, codec, ns_to_stamp
+from drivers.ros_messages import Message, WireError, codec
 from drivers.topics import COMPUTE_PATH_TO_POSE, IS_ACTIVE, NAVIGATE_TO_POSE
 from openbelief.arrays import Array
 from openbelief.g1 import BODY_RADIUS_M
 from openbelief.pose import Pose2
 from openbelief.traversability import NoPath, OccupancyGrid, path, path_length
 from sim_fakes.faults import GARBAGE, Nav2Faults
+from sim_fakes.nav2_messages import NAVIGATE, PLAN, Nav2Messages, ServedGoal, usable_pose
 from sim_fakes.sim_bridge import Question, SimBridge
 from sim_fakes.sim_clock import SimClock
 
@@ -46,16 +45,6 @@ class PlanFailed(Exception):
     """No path; args: Nav2's error code and message."""
 
 
-@dataclass
-class ServedGoal:
-    uuid: bytes
-    pose: Pose2 | None  # None: a pose that Nav2 cannot use
-    stamp_ns: int
-    status: int = action.EXECUTING
-    error: tuple[int, str] = (0, "")
-    waiting: list[Question] = field(default_factory=list)
-
-
 class SimNav2Server:
     """The action servers. Planning takes no simulated time; driving takes as long as the robot needs.
 
@@ -76,6 +65,7 @@ class SimNav2Server:
         self.faults = faults or Nav2Faults()
         self._grids = [grid.inflated(BODY_RADIUS_M + margin) for margin in MARGINS_M]
         self._codec = codec(distribution)
+        self._say = Nav2Messages(self._codec)
         self._goals: dict[bytes, ServedGoal] = {}
         self._plans: dict[bytes, Message] = {}
         self._kept: list[Question] = []  # lost on purpose: a query ends when nobody holds it
@@ -90,7 +80,7 @@ class SimNav2Server:
         self._serve(NAVIGATE_TO_POSE.name, "cancel_goal", self._cancel_goal)
         self._serve(COMPUTE_PATH_TO_POSE.name, "send_goal", self._send_plan)
         self._serve(COMPUTE_PATH_TO_POSE.name, "get_result", self._get_plan)
-        self._bridge.answer(self._bridge.keys.service(IS_ACTIVE), lambda q: self._reply("is_active", q, self._active()))
+        self._bridge.answer(self._bridge.keys.service(IS_ACTIVE), self._is_active)
         self._bridge.offer(NAVIGATE_TO_POSE)
         self._bridge.offer(COMPUTE_PATH_TO_POSE)
         self._publish_status()
@@ -126,22 +116,22 @@ class SimNav2Server:
         self._bridge.answer(key, serve)
 
     def _send_goal(self, question: Question) -> None:
-        request = self._decode(question, f"{NAVIGATE_TO_POSE.type_name}_SendGoal_Request")
+        request = self._decode(question, f"{NAVIGATE}_SendGoal_Request")
         uuid = bytes(request.goal_id.uuid)
         with self._lock:
             accepted = uuid not in self._goals and not self.faults.reject
             if accepted:
-                self._accept(ServedGoal(uuid, _usable(request.goal.pose), self._clock.now_ns()))
-        self._reply("send_goal", question, self._accepted(NAVIGATE_TO_POSE.type_name, accepted))
+                self._accept(ServedGoal(uuid, usable_pose(request.goal.pose), self._clock.now_ns()))
+        self._reply("send_goal", question, self._say.accepted(NAVIGATE, accepted, self._clock.now_ns()))
 
     def _get_result(self, question: Question) -> None:
-        request = self._decode(question, f"{NAVIGATE_TO_POSE.type_name}_GetResult_Request")
+        request = self._decode(question, f"{NAVIGATE}_GetResult_Request")
         with self._lock:
             goal = self._goals.get(bytes(request.goal_id.uuid))
             if goal is not None and goal.status in action.ACTIVE:
                 goal.waiting.append(question)
                 return
-        self._reply("get_result", question, self._result(goal))
+        self._reply("get_result", question, self._say.result(goal))
 
     def _cancel_goal(self, question: Question) -> None:
         request = self._decode(question, f"{action.CANCEL}_Request")
@@ -150,9 +140,7 @@ class SimNav2Server:
             code, canceling = self._cancelled(uuid)
             for goal in canceling:
                 self._end(goal, action.CANCELED)
-        infos = [self._goal_info(goal) for goal in canceling]
-        response = self._make(f"{action.CANCEL}_Response", return_code=code, goals_canceling=infos)
-        self._reply("cancel_goal", question, response)
+        self._reply("cancel_goal", question, self._say.cancelled(code, canceling))
 
     def _cancelled(self, uuid: bytes) -> tuple[int, list[ServedGoal]]:
         active = [g for g in self._goals.values() if g.status in action.ACTIVE]
@@ -166,32 +154,26 @@ class SimNav2Server:
         return (action.CANCEL_OK, chosen) if chosen else (action.CANCEL_TERMINATED, [])
 
     def _send_plan(self, question: Question) -> None:
-        request = self._decode(question, f"{COMPUTE_PATH_TO_POSE.type_name}_SendGoal_Request")
+        request = self._decode(question, f"{PLAN}_SendGoal_Request")
         uuid = bytes(request.goal_id.uuid)
         with self._lock:
             accepted = uuid not in self._plans and not self.faults.reject
             if accepted:
-                self._plans[uuid] = self._planned(_usable(request.goal.goal))
-        self._reply("plan", question, self._accepted(COMPUTE_PATH_TO_POSE.type_name, accepted))
+                self._plans[uuid] = self._planned(usable_pose(request.goal.goal))
+        self._reply("plan", question, self._say.accepted(PLAN, accepted, self._clock.now_ns()))
 
     def _get_plan(self, question: Question) -> None:
-        name = f"{COMPUTE_PATH_TO_POSE.type_name}_GetResult"
-        request = self._decode(question, f"{name}_Request")
-        unknown = self._make(f"{name}_Response", status=action.UNKNOWN)
-        self._reply("plan", question, self._plans.get(bytes(request.goal_id.uuid), unknown))
+        request = self._decode(question, f"{PLAN}_GetResult_Request")
+        self._reply("plan", question, self._plans.get(bytes(request.goal_id.uuid), self._say.unknown_plan()))
 
     def _planned(self, pose: Pose2 | None) -> Message:
-        kind = COMPUTE_PATH_TO_POSE.type_name
         try:
-            points = self._path(pose)
+            return self._say.path(self._path(pose), self._clock.now_ns())
         except PlanFailed as failed:
-            result = self._failed(f"{kind}_Result", *failed.args)
-            return self._make(f"{kind}_GetResult_Response", status=action.ABORTED, result=result)
-        result = self._make(f"{kind}_Result", path=path_message(points, self._clock.now_ns()))
-        return self._make(f"{kind}_GetResult_Response", status=action.SUCCEEDED, result=result)
+            return self._say.no_path(*failed.args)
 
-    def _active(self) -> Message:
-        return self._make(f"{IS_ACTIVE.type_name}_Response", success=not self.faults.inactive)
+    def _is_active(self, question: Question) -> None:
+        self._reply("is_active", question, self._say.active(not self.faults.inactive))
 
     # Driving
 
@@ -205,7 +187,8 @@ class SimNav2Server:
         self._publish_status()
         if goal.pose is not None and not self.faults.stuck:
             try:
-                self._robot.follow(self._path(goal.pose)[1:], goal.pose.yaw)
+                goal.path = self._path(goal.pose)
+                self._robot.follow(goal.path[1:], goal.pose.yaw)
             except PlanFailed as failed:
                 goal.error = failed.args
 
@@ -253,10 +236,10 @@ class SimNav2Server:
 
     def _release(self, goal: ServedGoal) -> None:
         for question in goal.waiting:
-            self._reply("get_result", question, self._result(goal))
+            self._reply("get_result", question, self._say.result(goal))
         goal.waiting.clear()
 
-    # Messages
+    # Wire
 
     def _reply(self, part: str, question: Question, message: Message) -> None:
         if self.faults.slow_s:
@@ -271,69 +254,24 @@ class SimNav2Server:
             question.answer(self._codec.encode(message))
 
     def _publish_status(self) -> None:
-        if self.faults.silent:
-            return
-        states = [
-            self._make("action_msgs/msg/GoalStatus", goal_info=self._goal_info(g), status=g.status)
-            for g in self._goals.values()
-        ]
-        array = self._make(action.STATUS_ARRAY, status_list=states)
-        key = self._bridge.keys.action(NAVIGATE_TO_POSE, "status")
-        self._bridge.put(key, self._codec.encode(array), latched=True)
+        if not self.faults.silent:
+            self._put("status", self._say.statuses(self._goals.values()), latched=True)
 
     def _publish_feedback(self, goal: ServedGoal) -> None:
-        kind, now_ns = NAVIGATE_TO_POSE.type_name, self._clock.now_ns()
-        seconds, nanoseconds = divmod(now_ns - goal.stamp_ns, 1_000_000_000)
-        feedback = self._make(
-            f"{kind}_Feedback",
-            current_pose=pose_message(self._robot.believed_pose, now_ns),
-            navigation_time=self._make("builtin_interfaces/msg/Duration", sec=seconds, nanosec=nanoseconds),
-            distance_remaining=self._remaining(goal),
-        )
-        message = self._make(f"{kind}_FeedbackMessage", goal_id=self._uuid(goal.uuid), feedback=feedback)
-        self._bridge.put(self._bridge.keys.action(NAVIGATE_TO_POSE, "feedback"), self._codec.encode(message))
+        now_ns = self._clock.now_ns()
+        message = self._say.feedback(goal, self._robot.believed_pose, self._remaining(goal), now_ns)
+        self._put("feedback", message)
+
+    def _put(self, part: str, message: Message, *, latched: bool = False) -> None:
+        key = self._bridge.keys.action(NAVIGATE_TO_POSE, part)
+        self._bridge.put(key, self._codec.encode(message), latched=latched)
 
     def _remaining(self, goal: ServedGoal) -> float:
-        try:
-            return path_length(self._path(goal.pose))
-        except PlanFailed:
+        """Metres left of the path, from its point nearest to the robot."""
+        if len(goal.path) == 0:
             return 0.0
-
-    def _result(self, goal: ServedGoal | None) -> Message:
-        kind = NAVIGATE_TO_POSE.type_name
-        if goal is None:
-            return self._make(f"{kind}_GetResult_Response", status=action.UNKNOWN)
-        result = self._failed(f"{kind}_Result", *goal.error)
-        return self._make(f"{kind}_GetResult_Response", status=goal.status, result=result)
-
-    def _failed(self, type_name: str, code: int, message: str) -> Message:
-        """A result with an error, where this distribution's results can say one."""
-        result = self._make(type_name)
-        if hasattr(result, "error_code"):
-            result.error_code, result.error_msg = code, message
-        return result
-
-    def _accepted(self, type_name: str, accepted: bool) -> Message:
-        stamp = ns_to_stamp(self._clock.now_ns())
-        return self._make(f"{type_name}_SendGoal_Response", accepted=accepted, stamp=stamp)
-
-    def _goal_info(self, goal: ServedGoal) -> Message:
-        stamp = ns_to_stamp(goal.stamp_ns)
-        return self._make("action_msgs/msg/GoalInfo", goal_id=self._uuid(goal.uuid), stamp=stamp)
-
-    def _uuid(self, uuid: bytes) -> Message:
-        return self._make("unique_identifier_msgs/msg/UUID", uuid=np.frombuffer(uuid, np.uint8))
+        nearest = int(np.argmin(np.linalg.norm(goal.path - self._robot.believed_pose.xy, axis=1)))
+        return path_length(goal.path[nearest:])
 
     def _decode(self, question: Question, type_name: str) -> Message:
         return self._codec.decode(question.payload, type_name)
-
-    def _make(self, type_name: str, **fields: object) -> Message:
-        return self._codec.make(type_name, **fields)
-
-
-def _usable(message: Message) -> Pose2 | None:
-    """Nav2 accepts a pose that it cannot use and aborts it at once, with code 0."""
-    try:
-        return pose_of(message)
-    except WireError:
-        return None

@@ -19,7 +19,7 @@ from sim_fakes.sim_bridge import SimBridge
 from sim_fakes.sim_clock import SimClock
 
 CAMERA_FRAME, LIDAR_FRAME = "camera_color_optical_frame", "livox_frame"
-TF_RATE_HZ = 30.0
+TF_RATE_HZ = 20.0  # each sample costs a fence
 
 
 class Body(Protocol):

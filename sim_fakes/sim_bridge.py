@@ -50,6 +50,7 @@ class SimBridge:
         self._publishers: dict[str, Any] = {}
         self._tokens: dict[str, Any] = {}
         self._fences: list[Callable[[], None]] = []
+        self._unfenced = False  # something was put since the last fence
         self._failure: Exception | None = None
         self._lock = threading.Lock()
 
@@ -104,18 +105,21 @@ class SimBridge:
         if key not in self._publishers:
             self._publishers[key] = self._publisher(key, latched)
         self._publishers[key].put(payload)
+        self._unfenced = True
 
     def on_flush(self, fence: Callable[[], None]) -> None:
         self._fences.append(fence)
 
     def flush(self) -> None:
-        """Wait at every fence; raises what a handler failed with."""
+        """Wait at every fence where something was put since; raises what a handler failed with."""
         with self._lock:
             failure, self._failure = self._failure, None
         if failure is not None:
             raise failure
-        for fence in self._fences:
-            fence()
+        if self._unfenced:
+            for fence in self._fences:
+                fence()
+            self._unfenced = False
 
     def _publisher(self, key: str, latched: bool) -> Any:
         if not latched:
