@@ -1,4 +1,4 @@
-"""The MID-360's parameter keys, and its states, return codes and device types as words."""
+"""The MID-360's parameter keys, and its states and return codes as words."""
 
 from __future__ import annotations
 
@@ -52,7 +52,6 @@ RETURN_CODES = {
     0x23: "wrong value length",
     0x24: "wrong number of keys",
 }
-DEVICE_TYPES = {9: "Mid-360", 35: "Mid-360s"}
 
 
 def word(table: dict[int, str], value: int) -> str:

@@ -6,7 +6,7 @@ On a G1 that is Unitree's own driver. Nothing here is called unless the configur
 from __future__ import annotations
 
 import socket
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from drivers.livox import control_wire
 from drivers.livox.control_wire import Command, ControlFrame
@@ -31,13 +31,6 @@ class LivoxControl:
         code, key = control_wire.parse_set_ack(data)
         if code:
             raise PortError(f"The lidar refused to set key {key:#06x}: {word(RETURN_CODES, code)}.")
-
-    def get(self, keys: Sequence[int]) -> dict[int, bytes]:
-        """The values of `keys`; raises as `set` does."""
-        code, values = control_wire.parse_get_ack(self._ask(control_wire.get_request(self._next(), keys)))
-        if code:
-            raise PortError(f"The lidar did not answer for its keys: {word(RETURN_CODES, code)}.")
-        return values
 
     def _next(self) -> int:
         self._seq += 1

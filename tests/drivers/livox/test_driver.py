@@ -14,6 +14,7 @@ from drivers.livox import control_wire
 from drivers.livox.control_wire import Command
 from drivers.livox.driver import LivoxLidar, LivoxSettings
 from drivers.livox.keys import Key
+from drivers.livox.takeover import LivoxControl
 from drivers.ports import Lidar, LinkLost, PortError, StaleData
 from sim_fakes.livox_emulator import EmulatorSettings, LivoxEmulator
 from sim_fakes.livox_faults import LivoxFaults
@@ -170,6 +171,14 @@ def test_taking_control_turns_the_lidars_streams_to_this_host(clock, answering: 
     assert answering.answers.destinations["imu"] == ("127.0.0.1", ports["imu"])
     assert answering.answers.written[Key.WORK_MODE] == b"\x01"
     assert {received.frame.command for received in answering.received} == {Command.SET}
+
+
+def test_a_key_the_lidar_refuses_is_named_with_its_reason(answering: LivoxEmulator) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as connection:
+        connection.bind(("127.0.0.1", 0))
+        control = LivoxControl(connection, ("127.0.0.2", answering.ports["command"]))
+        with pytest.raises(PortError, match=r"key 0x8006: key is read-only"):
+            control.set({Key.STATE: b"\x01"})
 
 
 def test_a_lidar_that_does_not_answer_is_named(clock, answering: LivoxEmulator) -> None:
