@@ -1,0 +1,192 @@
+"""A small room with a simulated robot at the far end of real Zenoh sessions, for the tests of the wires."""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+
+from drivers.bridge_keys import BridgeKeys
+from drivers.nav2_bridge import Nav2Bridge, Nav2Limits
+from drivers.ports import LidarCloud, NavigationResult
+from drivers.ros_topics import RosCamera, RosLidar, RosMap, RosPoseSource
+from drivers.zenoh_link import LinkConfig, ZenohLink
+from openbelief.pose import Pose2
+from openbelief.traversability import OccupancyGrid
+from sim_fakes.robot import SimRobot
+from sim_fakes.ros_site import RosSite
+from sim_fakes.sim_clock import SimClock
+
+START_NS = 1_700_000_000_000_000_000
+QUICK = Nav2Limits(send_s=0.5, plan_s=0.5, result_poll_s=0.3, result_ask_s=0.3, cancel_s=0.3)
+
+
+class Room:
+    """6 m x 4 m, walls around, and a closed chamber in the upper right corner that nothing can enter."""
+
+    def occupancy_grid(self) -> OccupancyGrid:
+        cells = np.zeros((80, 120), np.int8)
+        cells[:2], cells[-2:], cells[:, :2], cells[:, -2:] = 100, 100, 100, 100
+        cells[50:52, 90:], cells[50:, 90:92] = 100, 100
+        return OccupancyGrid(cells, 0.05, (0.0, 0.0))
+
+
+class PlainEyes:
+    """Images and clouds that tell the stamp: no renderer needed."""
+
+    def image(self, T_map_camera: Any, stamp_ns: int) -> tuple[Any, Any]:
+        shade = stamp_ns // 1_000_000 % 200
+        return np.full((480, 640, 3), shade, np.uint8), np.full((480, 640), 2.0, np.float32)
+
+    def cloud(self, T_map_lidar: Any, stamp_ns: int) -> LidarCloud:
+        return LidarCloud(stamp_ns, np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]], np.float32), "livox_frame")
+
+
+@dataclass
+class Rig:
+    clock: SimClock
+    robot: SimRobot
+    site: RosSite
+    link: ZenohLink
+    camera: RosCamera
+    lidar: RosLidar
+    poses: RosPoseSource
+    map: RosMap
+    nav: Nav2Bridge
+
+    def start(self) -> None:
+        self.site.start(self.link, ready=lambda: self.nav.unavailable() is None)
+
+    def until_end(self, within_s: float = 60.0) -> NavigationResult:
+        """Poll as a mission does; the end must come within that much simulated time."""
+        deadline_ns = self.clock.now_ns() + round(within_s * 1e9)
+        while (result := self.nav.result()) is None:
+            assert self.clock.now_ns() < deadline_ns, "no result"
+            self.clock.sleep(0.1)
+        return result
+
+
+@pytest.fixture
+def make_rig() -> Iterator[Callable[..., Rig]]:
+    """A factory of rigs: ports started, the robot's end not yet (`rig.start()`)."""
+    with ExitStack() as opened:
+
+        def make(
+            *,
+            keys: BridgeKeys | None = None,
+            distribution: str = "jazzy",
+            limits: Nav2Limits = QUICK,
+            through: Callable[[str], str] = lambda endpoint: endpoint,
+            seed: int = 7,
+            **site_options: Any,
+        ) -> Rig:
+            clock, room = SimClock(START_NS), Room()
+            robot = SimRobot(room, clock, Pose2(1.0, 1.0, 0.0))
+            site = opened.enter_context(
+                RosSite(
+                    clock,
+                    robot,
+                    room.occupancy_grid(),
+                    PlainEyes(),
+                    keys=keys,
+                    distribution=distribution,
+                    **site_options,
+                )
+            )
+            endpoint = through(site.link_config.endpoints[0])
+            link = opened.enter_context(ZenohLink(LinkConfig((endpoint,), lease_s=1.0)))
+            ports = RosCamera(link, clock, keys), RosLidar(link, clock, keys), RosPoseSource(link, clock, keys)
+            grid, uuids = RosMap(link, keys), np.random.default_rng(seed)
+            nav = Nav2Bridge(
+                link,
+                clock,
+                ports[2],
+                grid,
+                new_uuid=lambda: uuids.bytes(16),
+                keys=keys,
+                distribution=distribution,
+                limits=limits,
+            )
+            for port in (*ports, grid, nav):
+                port.start()
+            return Rig(clock, robot, site, link, *ports, grid, nav)
+
+        yield make
+
+
+@pytest.fixture
+def rig(make_rig: Callable[..., Rig]) -> Rig:
+    """A robot in a room, Nav2 up."""
+    made = make_rig()
+    made.start()
+    return made
+
+
+@pytest.fixture
+def eventually() -> Callable[..., None]:
+    """Wait, in wall time, for what real threads bring about."""
+
+    def wait(condition: Callable[[], bool], within_s: float = 5.0) -> None:
+        deadline = time.monotonic() + within_s
+        while not condition():
+            assert time.monotonic() < deadline, f"not within {within_s} s"
+            threading.Event().wait(0.01)
+
+    return wait
+
+
+class SilentWire:
+    """A TCP relay that can fall silent without closing anything, as a robot walking out of Wi-Fi does."""
+
+    def __init__(self, endpoint: str) -> None:
+        host, port = endpoint.removeprefix("tcp/").split(":")
+        self._target = (host, int(port))
+        self._server = socket.create_server(("127.0.0.1", 0))
+        self._sockets: list[socket.socket] = [self._server]
+        self.silent = threading.Event()
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    @property
+    def endpoint(self) -> str:
+        return f"tcp/127.0.0.1:{self._server.getsockname()[1]}"
+
+    def close(self) -> None:
+        for each in self._sockets:
+            with suppress(OSError):
+                each.shutdown(socket.SHUT_RDWR)
+            each.close()
+
+    def _accept(self) -> None:
+        with suppress(OSError):
+            while True:
+                near, _ = self._server.accept()
+                far = socket.create_connection(self._target)
+                self._sockets += [near, far]
+                for source, sink in ((near, far), (far, near)):
+                    threading.Thread(target=self._pump, args=(source, sink), daemon=True).start()
+
+    def _pump(self, source: socket.socket, sink: socket.socket) -> None:
+        with suppress(OSError):
+            while data := source.recv(65536):
+                if not self.silent.is_set():
+                    sink.sendall(data)
+
+
+@pytest.fixture
+def silent_wire() -> Iterator[Callable[[str], SilentWire]]:
+    wires: list[SilentWire] = []
+
+    def lay(endpoint: str) -> SilentWire:
+        wires.append(SilentWire(endpoint))
+        return wires[-1]
+
+    yield lay
+    for wire in wires:
+        wire.close()
