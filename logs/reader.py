@@ -29,6 +29,21 @@ from logs.mcap_scan import (
     summary_of,
 )
 
+PRIVATE_OPCODES = 0x80  # from here on: other people's records, to be passed over
+DATA_OPCODES = frozenset(
+    {
+        Opcode.HEADER,
+        Opcode.SCHEMA,
+        Opcode.CHANNEL,
+        Opcode.MESSAGE,
+        Opcode.CHUNK,
+        Opcode.MESSAGE_INDEX,
+        Opcode.ATTACHMENT,
+        Opcode.METADATA,
+        Opcode.DATA_END,
+    }
+)
+
 
 class LogError(ValueError):
     """The file is no recording, or a damaged one; the text is one line with the cause and the remedy."""
@@ -63,7 +78,7 @@ class LogReader:
     """Iterate it as often as wanted: each pass opens the file, reads it in file order and checks it again.
 
     A message is given only after its chunk's checksum held; at the end of a pass the checksum over the whole file is
-    compared too. `prefix=True` reads a damaged or unfinished file up to the damage, which `.damage` then names.
+    compared too. `prefix=True` reads a damaged or unfinished file up to the damage; after the pass `.damage` names it.
     Raises LogError; holds one chunk in memory.
     """
 
@@ -123,7 +138,7 @@ class LogReader:
             if source.size < len(MAGIC) or source.read(0, len(MAGIC)) != MAGIC:
                 raise LogError(f"{self.path} is not an MCAP recording, or its first bytes are damaged")
             try:
-                yield source, None if self.prefix else summary_of(source)
+                yield source, self._summary(source)
             except (Damage, ChecksumError) as error:
                 if not self.prefix:
                     raise LogError(
@@ -131,6 +146,16 @@ class LogReader:
                         f"Keep what it still holds with: openbelief recover {self.path}"
                     ) from error
                 self.damage = str(error)
+
+    def _summary(self, source: Source) -> Summary | None:
+        """The index; None where it is damaged and only a prefix is wanted."""
+        try:
+            return summary_of(source)
+        except Damage as error:
+            if not self.prefix:
+                raise
+            self.damage = str(error)
+            return None
 
     def _missing(self) -> str:
         partial = self.path.with_name(self.path.name + ".partial")
@@ -171,12 +196,16 @@ def checked_records(source: Source, summary: Summary | None) -> Iterator[RawReco
     """The records of the data section, up to its end, whose checksum must hold; Damage at the first that is wrong."""
     crc, offset = zlib.crc32(source.read(0, len(MAGIC))), len(MAGIC)
     chunks = summary.chunk_offsets if summary else None
+    in_chunks = bool(chunks)
     while True:
         raw = record_at(source, offset)
         if chunks is not None and (raw.opcode == Opcode.CHUNK) != (offset in chunks):
             raise Damage(f"the record at byte {offset} is not what the index says")
-        if raw.opcode == Opcode.MESSAGE and chunks:
+        in_chunks |= raw.opcode == Opcode.CHUNK
+        if raw.opcode == Opcode.MESSAGE and in_chunks:
             raise Damage(f"a message stands outside its chunk at byte {offset}")
+        if raw.opcode not in DATA_OPCODES and raw.opcode < PRIVATE_OPCODES:
+            raise Damage(f"a record of kind {raw.opcode} does not belong at byte {offset}")
         if raw.opcode == Opcode.DATA_END:
             if parse(raw).data_section_crc not in (0, crc):
                 raise Damage("the checksum over the whole file does not match")

@@ -74,6 +74,21 @@ def test_the_prefix_of_a_cut_file_can_be_read_and_the_damage_is_named(small_reco
     assert log.damage is not None and "ends in the middle" in log.damage
 
 
+def test_a_prefix_of_a_flipped_file_is_right_as_far_as_it_goes_and_says_where_it_ends(
+    small_recording: Path, scratch: Path
+) -> None:
+    data, whole = small_recording.read_bytes(), list(LogReader(small_recording))
+    damaged = scratch / "damaged.mcap"
+    for position in range(8, len(data), 2):
+        flipped = bytearray(data)
+        flipped[position] ^= 1 << (position % 8)
+        damaged.write_bytes(flipped)
+        log = LogReader(damaged, prefix=True)
+        seen = list(log)
+        assert seen == whole[: len(seen)], f"byte {position}"
+        assert len(seen) == len(whole) or log.damage is not None, f"byte {position}"
+
+
 def test_a_recording_that_was_never_finished_is_named(tmp_path: Path) -> None:
     (tmp_path / "walk.mcap.partial").write_bytes(b"x")
     with pytest.raises(LogError, match=r"never finished: openbelief recover .*walk\.mcap\.partial"):

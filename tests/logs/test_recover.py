@@ -177,3 +177,17 @@ def test_neither_the_source_nor_another_file_is_overwritten(small_recording: Pat
     with pytest.raises(FileExistsError, match="never overwritten"):
         recover(small_recording, small_recording, lambda share: None)
     assert small_recording.read_bytes() == before
+
+
+@pytest.mark.recordings
+@pytest.mark.parametrize("name", ["apartment", "kitchen"])
+def test_a_field_recording_cut_in_the_middle_comes_back_up_to_the_cut(name: str, scratch: Path) -> None:
+    original = Path(__file__).resolve().parents[2].parent / "shared" / "recordings" / f"{name}.mcap"
+    if not original.is_file():
+        pytest.skip(f"{original} is not there: the shared recordings are needed")
+    cut = scratch / f"{name}.mcap"
+    with original.open("rb") as file:
+        cut.write_bytes(file.read(5_000_000))
+    _, messages = recovered(cut)
+    assert len(messages) > 50
+    assert all(ours == theirs for ours, theirs in zip(messages, LogReader(original), strict=False))
