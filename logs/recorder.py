@@ -134,7 +134,7 @@ class McapRecorder:
             if self._file is not None:
                 self._do(self._finish)
                 self._file = None
-            self._events.close()
+            self._close_events()
 
     def _write(self, message: _Message) -> None:
         if len(message.payload) > MAX_MESSAGE_BYTES:
@@ -191,6 +191,12 @@ class McapRecorder:
             log.error("event_log_failed", sentence=str(error), path=str(self._events.path))
         if self._tell is not None:
             self._tell(sentence)
+
+    def _close_events(self) -> None:
+        try:
+            self._events.close()
+        except OSError as error:
+            logger().error("event_log_failed", sentence=str(error), path=str(self._events.path))
 
     def _finish(self, file: McapFile) -> None:
         self.paths.append(file.finish())

@@ -128,14 +128,14 @@ class _Recovery:
 
     def _take(self, offset: int) -> int:
         """Keep the record at `offset`, or report it; returns where the next one begins."""
-        name = "bytes"
+        where = ""
         try:
             raw = record_at(self.source, offset)
-            name = _name(raw.opcode)
+            where = f"{_name(raw.opcode)} at byte {offset}: "
             self._keep(raw)
             return raw.end
         except (Damage, ChecksumError) as error:
-            self.report.lost(f"{name} at byte {offset}: {error}")
+            self.report.lost(f"{where}{error}")
             return next_record(self.source, offset, self.summary)
 
     def _keep(self, raw: RawRecord) -> None:

@@ -233,6 +233,33 @@ def test_a_full_disk_is_visible_and_costs_nothing_that_was_written(tmp_path: Pat
     assert len(words) == 100 - int(dropped) and report.loss_count == 1  # only the missing index
 
 
+NO_ROOM_FOR_THE_INDEX = """
+import resource, sys
+from pathlib import Path
+from drivers.clock import SystemClock
+from drivers.ros_messages import encode, make
+from logs.recorder import McapRecorder
+path = Path(sys.argv[1])
+with McapRecorder(path, SystemClock()) as recorder:
+    recorder.write_cdr("/words", "std_msgs/msg/String", 1, encode(make("std_msgs/msg/String", data="kept" * 20000)))
+    recorder.flush()
+    full = path.with_name("walk.mcap.partial").stat().st_size + 100
+    resource.setrlimit(resource.RLIMIT_FSIZE, (full, full))
+    sys.stdout.write(recorder.state + " ")
+print(recorder.state, recorder.dropped, recorder.paths)
+"""
+
+
+def test_a_disk_that_fills_up_at_the_very_end_keeps_every_message(tmp_path: Path) -> None:
+    path = tmp_path / "walk.mcap"
+    command = [sys.executable, "-c", NO_ROOM_FOR_THE_INDEX, str(path)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout == "recording failed 0 []\n"
+    assert not path.exists() and "openbelief recover" in done.stderr
+    recover(tmp_path / "walk.mcap.partial", path, lambda share: None)
+    assert said(path) == ["kept" * 20000]
+
+
 def test_a_full_disk_budget_ends_the_file_in_good_order(tmp_path: Path) -> None:
     told: list[str] = []
     clock = HandClock()
