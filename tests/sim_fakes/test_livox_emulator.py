@@ -94,3 +94,25 @@ def test_the_same_seed_makes_the_same_faults() -> None:
 
 def test_silence_is_silence(stream: LivoxStream) -> None:
     assert LivoxFaults(silent=True).apply(stream.due(SECOND)) == []
+
+
+def test_the_simulated_flat_plugs_in_as_what_the_lidar_sees() -> None:
+    from drivers.livox.intake import Intake
+    from sim_fakes.renderer import Renderer
+    from sim_fakes.world import World
+
+    world = World.load("flat")
+    renderer = Renderer(world)
+    T_map_lidar = np.diag([1.0, -1.0, -1.0, 1.0])  # upside down, as on a G1
+    T_map_lidar[:3, 3] = [*np.mean(world.rooms[0].polygon, axis=0), 1.25]
+    flat = LivoxStream(lambda rays, uptime_ns: renderer.scan(T_map_lidar, rays), FOUND)
+    intake = Intake("lidar")
+    for channel, datagram in flat.due(SECOND // 5):
+        if channel == "points":
+            intake.take_points(datagram, 0)
+    points = intake.latest.points
+    ranges = np.linalg.norm(points, axis=1)
+    agree = np.isclose(ranges, renderer.scan(T_map_lidar, points / ranges[:, None]), rtol=0, atol=0.01)
+    assert agree.mean() > 0.998  # a rounded ray may pass an edge that the first one hit
+    heights = (points @ T_map_lidar[:3, :3].T + T_map_lidar[:3, 3])[:, 2]
+    assert -0.01 < heights.min() < 0.01
