@@ -1,0 +1,201 @@
+"""The one place that chooses real, ROS, replayed or simulated bodies: a configuration in, a robot's ports out."""
+
+from __future__ import annotations
+
+import uuid
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from drivers.bridge_keys import BridgeKeys
+from drivers.clock import SystemClock
+from drivers.nav2_bridge import Nav2Bridge
+from drivers.ports import Camera, Clock, Lidar, Map, Navigator, Operator, Ports, PoseSource
+from drivers.ros_topics import RosCamera, RosLidar, RosMap, RosPoseSource
+from drivers.topics import CAMERA_INFO, DEPTH, LIDAR, MAP, color_topic
+from drivers.zenoh_link import LinkConfig, ZenohLink
+from openbelief.perception.ports import Perception, TextEncoder
+from robot_app.config import Config, Topics
+from robot_app.perceptions import open_perception
+from robot_app.simulation import START_NS, Simulation, simulation
+from sim_fakes.recording_ports import RecordingPorts
+
+
+@dataclass(frozen=True)
+class Wire:
+    """One end of a Zenoh link: the session, the key names and the topic names behind it."""
+
+    link: ZenohLink
+    keys: BridgeKeys
+    topics: Topics
+
+
+@dataclass(frozen=True)
+class Site:
+    """What bodies are made of: the clock that all share, a wire for each kind of robot, a recording."""
+
+    clock: Clock
+    wires: dict[str, Wire]
+    recording: RecordingPorts | None
+    simulation: Simulation | None
+    new_uuid: Callable[[], bytes]
+
+
+@dataclass(frozen=True)
+class Robot:
+    """Every port of one robot. `simulation` is there where a body is simulated."""
+
+    clock: Clock
+    camera: Camera
+    lidar: Lidar
+    poses: PoseSource
+    map: Map
+    navigator: Navigator
+    site: Site
+
+    def ports(self, operator: Operator, perception: Perception) -> Ports:
+        """What a mission needs."""
+        return Ports(self.clock, self.camera, self.poses, self.map, self.navigator, operator, perception)
+
+
+@contextmanager
+def open_robot(config: Config) -> Iterator[Robot]:
+    """Open the bodies that robot.toml names; everything closes at the end.
+
+    Raises PortError, SceneError or LogError with a sentence that names the cause.
+    """
+    with ExitStack() as opened:
+        site = _site(config, opened)
+        body = {name: BODIES[name, word] for name, word in config.ports.model_dump().items()}
+        poses, grid = body["pose"](site), body["map"](site)
+        robot = Robot(
+            clock=site.clock,
+            camera=body["camera"](site),
+            lidar=body["lidar"](site),
+            poses=poses,
+            map=grid,
+            navigator=body["navigator"](site, poses, grid),
+            site=site,
+        )
+        if site.simulation is not None:
+            site.simulation.site.start(site.wires["sim"].link, ready=lambda: _heard(robot))
+        yield robot
+
+
+def _heard(robot: Robot) -> bool:
+    """Whether a just started simulation is whole at our end."""
+    return robot.navigator.unavailable() is None
+
+
+def mission_perception(config: Config, encoder: TextEncoder) -> Perception:
+    """What looks at the arrival views: `[perception] profile`; "scripted" alone is the simulated scene's own."""
+    profile = config.perception.profile
+    return open_perception(
+        f"scripted:{config.sim.scene}" if profile == "scripted" else profile, encoder, config.sim.seed
+    )
+
+
+def _site(config: Config, opened: ExitStack) -> Site:
+    """The clock is the simulation's where a body is simulated (begun at the recording's start), else the wall's."""
+    sim, wires, simulated, recording = config.sim, {}, None, None
+    if config.ports.uses("replay") and config.replay.recording is not None:
+        recording = RecordingPorts(config.replay.recording)
+    if config.ports.uses("sim"):
+        start_ns = recording.start_ns if recording else START_NS
+        simulated = simulation(sim.scene, seed=sim.seed, start_ns=start_ns, camera_rate_hz=sim.camera_rate_hz)
+        site = opened.enter_context(simulated.site)
+        wires["sim"] = Wire(opened.enter_context(ZenohLink(site.link_config)), BridgeKeys(), Topics())
+    if config.ports.uses("ros"):
+        link = opened.enter_context(ZenohLink(LinkConfig((config.zenoh.endpoint,))))
+        wires["ros"] = Wire(link, BridgeKeys(config.zenoh.namespace), config.topics)
+    return Site(
+        clock=simulated.clock if simulated else SystemClock(),
+        wires=wires,
+        recording=recording,
+        simulation=simulated,
+        new_uuid=_seeded_uuids(sim.seed) if simulated else lambda: uuid.uuid4().bytes,
+    )
+
+
+def _seeded_uuids(seed: int) -> Callable[[], bytes]:
+    rng = np.random.default_rng([seed, 0x60A1])
+    return lambda: rng.bytes(16)
+
+
+def _wire(site: Site, word: str) -> Wire:
+    return site.wires[word]
+
+
+def _camera(site: Site, word: str) -> Camera:
+    wire = _wire(site, word)
+    camera = RosCamera(
+        wire.link,
+        site.clock,
+        wire.keys,
+        color=color_topic(wire.topics.color),
+        depth=replace(DEPTH, name=wire.topics.depth),
+        camera_info=replace(CAMERA_INFO, name=wire.topics.camera_info),
+    )
+    camera.start()
+    return camera
+
+
+def _lidar(site: Site, word: str) -> Lidar:
+    wire = _wire(site, word)
+    lidar = RosLidar(wire.link, site.clock, wire.keys, topic=replace(LIDAR, name=wire.topics.lidar))
+    lidar.start()
+    return lidar
+
+
+def _poses(site: Site, word: str) -> PoseSource:
+    wire = _wire(site, word)
+    poses = RosPoseSource(wire.link, site.clock, wire.keys)
+    poses.start()
+    return poses
+
+
+def _map(site: Site, word: str) -> Map:
+    wire = _wire(site, word)
+    grid = RosMap(wire.link, wire.keys, topic=replace(MAP, name=wire.topics.map))
+    grid.start()
+    return grid
+
+
+def _navigator(site: Site, word: str, poses: PoseSource, grid: Map) -> Navigator:
+    wire = _wire(site, word)
+    bridge = Nav2Bridge(wire.link, site.clock, poses, grid, new_uuid=site.new_uuid, keys=wire.keys)
+    bridge.start()
+    return bridge
+
+
+def _replayed(name: str) -> Callable[[Site], Any]:
+    def body(site: Site) -> Any:
+        if site.recording is None:
+            raise RuntimeError("robot.toml was checked: a replayed body has its recording.")
+        return getattr(site.recording, name)(site.clock)
+
+    return body
+
+
+def _on(word: str, body: Callable[..., Any]) -> Callable[..., Any]:
+    return lambda site, *more: body(site, word, *more)
+
+
+# (port, word in robot.toml) -> the body. A simulated robot is the ROS driver in front of the simulated wire.
+BODIES: dict[tuple[str, str], Callable[..., Any]] = {
+    **{(port, "replay"): _replayed(port) for port in ("camera", "lidar", "pose", "map")},
+    **{
+        (port, word): _on(word, body)
+        for word in ("ros", "sim")
+        for port, body in (
+            ("camera", _camera),
+            ("lidar", _lidar),
+            ("pose", _poses),
+            ("map", _map),
+            ("navigator", _navigator),
+        )
+    },
+}

@@ -1,0 +1,137 @@
+"""The whole loop in simulation: walk, map, ask, drive, look, reject or confirm, replay, and pictures of it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from behaviors.events import Outcome
+from behaviors.policy import MissionPolicy
+from openbelief.memory import ObjectMemory
+from openbelief.perception.sentence import SentenceEncoder
+from robot_app.config import Config, Perception, Sim, dump_config
+from robot_app.mapping import MapJob, Progress, run_map
+from robot_app.missions import open_missions
+from robot_app.pictures import write_pictures
+from robot_app.trials import Replayed, replay_trial
+from robot_app.walking import record_walk
+from sim_fakes.world import World
+
+
+@dataclass(frozen=True)
+class Demo:
+    """What happened, and where it lies. replayed.difference is None where the trial replays identically."""
+
+    outcome: Outcome
+    replayed: Replayed
+    paths: dict[str, Path]
+
+    def as_json(self) -> dict[str, Any]:
+        return {
+            "outcome": str(self.outcome.end),
+            "reason": self.outcome.reason,
+            "visits": self.outcome.visits,
+            "object_id": self.outcome.object_id,
+            "replay": "identical" if self.replayed.difference is None else str(self.replayed.difference),
+            "paths": {name: str(path) for name, path in self.paths.items()},
+        }
+
+
+@dataclass(frozen=True)
+class Files:
+    """The demo's folder."""
+
+    folder: Path
+
+    @property
+    def walk(self) -> Path:
+        return self.folder / "walk.mcap"
+
+    @property
+    def truth(self) -> Path:
+        return self.folder / "walk.truth.json"
+
+    @property
+    def memory(self) -> Path:
+        return self.folder / "site.belief"
+
+    @property
+    def config(self) -> Path:
+        return self.folder / "robot.toml"
+
+    @property
+    def trial(self) -> Path:
+        return self.folder / "trial.mcap"
+
+    @property
+    def pictures(self) -> Path:
+        return self.folder / "pictures"
+
+
+def run_demo(folder: Path, query: str, scene: str, seed: int, progress: Progress, tell: Callable[[str], None]) -> Demo:
+    """Leaves everything in `folder`. Raises Failure, PortError, SceneError or ValueError with a sentence."""
+    files = Files(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    for old in (files.walk, files.memory, files.trial):
+        old.unlink(missing_ok=True)
+    config = Config(
+        memory=files.memory,
+        trials=folder,
+        sim=Sim(scene=scene, seed=seed),
+        perception=Perception(profile=f"scripted:{scene}:{seed}"),
+        mission=MissionPolicy(motion="allow"),
+    )
+    files.config.write_text(dump_config(config), encoding="utf-8")
+    make_memory(config, files, progress, tell)
+    return ask_and_replay(config, files, query, tell)
+
+
+def make_memory(config: Config, files: Files, progress: Progress, tell: Callable[[str], None]) -> ObjectMemory:
+    """A walk through the scene, recorded, and the memory mapped from the recording."""
+    world = World.load(config.sim.scene)
+    tell(f"A G1 walks through {world.name}: {len(world.rooms)} rooms, {len(world.objects)} things.")
+    frames = record_walk(config, files.walk, lambda n: progress.frames("walk", n, 0))
+    files.truth.write_text(json.dumps(world.truth()), encoding="utf-8")
+    size_mb = files.walk.stat().st_size / 1e6
+    tell(f"Recorded {frames} RGB-D images, lidar, poses and the map to {files.walk} ({size_mb:.0f} MB).")
+    job = MapJob([files.walk], files.memory, [config.perception.profile], config.parameters, force=True)
+    memory = run_map(job, SentenceEncoder(), progress).memory
+    tell(f"Mapped {len(memory.observations)} observations of {len(memory.objects)} objects to {files.memory}.")
+    return memory
+
+
+def ask_and_replay(config: Config, files: Files, query: str, tell: Callable[[str], None]) -> Demo:
+    """One mission over the memory of `config`, its replay, and its pictures."""
+    tell(f"The operator asks: {query!r}.")
+    with open_missions(config, Narrator(tell)) as missions:
+        recorded = missions.ask(query, files.trial)
+    outcome = recorded.outcome
+    tell(f"{outcome.end}: {outcome.reason} (candidates verified: {outcome.visits}).")
+    replayed = replay_trial(files.trial)
+    same = "identical" if replayed.difference is None else f"different: {replayed.difference}"
+    tell(f"Replayed {len(replayed.decisions)} decisions from {files.trial}: {same}.")
+    memory = ObjectMemory.open(files.memory, text_encoder=SentenceEncoder())
+    pictures = write_pictures(replayed.trial.entries, memory, files.pictures)
+    tell(f"Pictures: {', '.join(picture.name for picture in pictures)} in {files.pictures}.")
+    paths = {name: getattr(files, name) for name in ("walk", "truth", "memory", "config", "trial", "pictures")}
+    return Demo(outcome, replayed, paths)
+
+
+class Narrator:
+    """The operator of a demo: approves motion, never says stop, and passes on what the mission tells."""
+
+    def __init__(self, tell: Callable[[str], None]) -> None:
+        self._tell = tell
+
+    def confirm(self, question: str, timeout_s: float) -> str:  # noqa: ARG002 - nobody is waited for
+        self._tell(question)
+        return "yes"
+
+    def stop_requested(self) -> str | None:
+        return None
+
+    def tell(self, sentence: str) -> None:
+        self._tell(sentence)

@@ -1,0 +1,64 @@
+"""One mission from a configuration: open the robot, ask, record the trial."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from behaviors.events import Outcome
+from drivers.ports import Operator
+from openbelief.memory import ObjectMemory
+from openbelief.perception.sentence import SentenceEncoder
+from robot_app.app import Robot, mission_perception, open_robot
+from robot_app.config import Config, ConfigError, dump_config
+from robot_app.trials import run_recorded
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A mission's outcome and its trial. failure: why the trial is not on the disk, None where it is."""
+
+    outcome: Outcome
+    trial: Path
+    failure: str | None
+
+
+class Missions:
+    """Missions of one operator on one robot over one frozen memory."""
+
+    def __init__(
+        self, config: Config, robot: Robot, memory: ObjectMemory, memory_path: Path, operator: Operator
+    ) -> None:
+        self._config, self._robot, self._memory, self._memory_path = config, robot, memory, memory_path
+        self.ports = robot.ports(operator, mission_perception(config, SentenceEncoder()))
+
+    def ask(self, sentence: str, trial: Path | None = None) -> Recorded:
+        """Run one mission to its end. Raises ValueError where the sentence names nothing."""
+        trial_id = f"{self._robot.clock.now_ns()}"
+        path = trial or self._config.trials / f"trial_{trial_id}.mcap"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        outcome, failure = run_recorded(
+            path,
+            sentence,
+            ports=self.ports,
+            memory=self._memory,
+            memory_path=self._memory_path,
+            parameters=self._config.parameters,
+            policy=self._config.mission,
+            trial_id=trial_id,
+            query_id=f"{trial_id}-1",
+            configuration=dump_config(self._config),
+        )
+        return Recorded(outcome, path, failure)
+
+
+@contextmanager
+def open_missions(config: Config, operator: Operator) -> Iterator[Missions]:
+    """Memory and robot of a configuration. Raises ConfigError, BeliefFileError or PortError with a sentence."""
+    if config.memory is None:
+        raise ConfigError('no memory is named: say memory = "site.belief" (openbelief map makes one)')
+    memory = ObjectMemory.open(config.memory, text_encoder=SentenceEncoder())
+    with open_robot(config) as robot:
+        yield Missions(config, robot, memory, config.memory, operator)

@@ -1,0 +1,58 @@
+"""One mission, from the terminal: ask for a thing, approve the drive, watch what the robot finds.
+
+The robot, its memory and its perception come from --config. Motion needs your yes unless the configuration says
+otherwise; type stop (or press Ctrl-C) at any time. Exit status 0: CONFIRMED. 1: any other end, which is named.
+"""
+
+from __future__ import annotations
+
+import argparse
+import signal
+from pathlib import Path
+
+from robot_app.cli import Failure, print_json
+
+EXAMPLE = 'openbelief ask "take me to the fire extinguisher" --config demo-out/robot.toml'
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("sentence", help="what to look for, in plain words")
+    parser.add_argument(
+        "--config", type=Path, default=Path("robot.toml"), metavar="robot.toml", help="default robot.toml"
+    )
+    parser.add_argument("--yes", action="store_true", help="approve motion now, for every candidate of this mission")
+    parser.add_argument("--trial", type=Path, metavar="FILE.mcap", help="where to record (default: the trials folder)")
+
+
+def run(options: argparse.Namespace) -> int:
+    from drivers.ports import PortError
+    from openbelief.store import BeliefFileError
+    from robot_app.config import ConfigError, load_config
+    from robot_app.missions import open_missions
+    from robot_app.terminal import TerminalOperator
+
+    try:
+        config = load_config(options.config)
+        motion = "allow" if options.yes else config.mission.motion
+        with TerminalOperator(motion=motion) as operator, open_missions(config, operator) as missions:
+            signal.signal(signal.SIGINT, lambda *_: operator.request_stop(because="the operator pressed Ctrl-C"))
+            recorded = missions.ask(options.sentence, options.trial)
+    except (ConfigError, PortError, BeliefFileError, OSError, ValueError) as error:
+        raise Failure(str(error)) from error
+    outcome = recorded.outcome
+    if options.json:
+        print_json(
+            {
+                "outcome": str(outcome.end),
+                "reason": outcome.reason,
+                "visits": outcome.visits,
+                "object_id": outcome.object_id,
+                "rejected": list(outcome.rejected),
+                "set_aside": list(outcome.set_aside),
+                "trial": str(recorded.trial),
+                "trial_failure": recorded.failure,
+            }
+        )
+    else:
+        print(f"{outcome.end}: {outcome.reason}\ntrial: {recorded.failure or recorded.trial}")
+    return 0 if outcome.end == "CONFIRMED" else 1

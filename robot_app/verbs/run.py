@@ -1,0 +1,64 @@
+"""Live: one mission after the other, typed at a prompt, until an empty line or the end of input.
+
+Every mission is recorded as a trial. Type stop at any time to stop the robot; Ctrl-C stops the mission under way, and
+ends the program where none is. This is a software stop over a network: the hand-held remote is the emergency stop.
+"""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from robot_app.cli import Failure, print_json
+
+if TYPE_CHECKING:
+    from robot_app.missions import Missions
+    from robot_app.terminal import TerminalOperator
+
+EXAMPLE = "openbelief run --config demo-out/robot.toml"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--config", type=Path, default=Path("robot.toml"), metavar="robot.toml", help="default robot.toml"
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    from drivers.ports import PortError
+    from openbelief.store import BeliefFileError
+    from robot_app.config import ConfigError, load_config
+    from robot_app.missions import open_missions
+    from robot_app.terminal import TerminalOperator
+
+    try:
+        config = load_config(options.config)
+        with TerminalOperator(motion=config.mission.motion) as operator, open_missions(config, operator) as missions:
+            operator.tell(f"Ready over {config.memory}. Ask for a thing; an empty line ends.")
+            _missions(missions, operator, as_json=options.json)
+    except (ConfigError, PortError, BeliefFileError, OSError) as error:
+        raise Failure(str(error)) from error
+    return 0
+
+
+def _missions(missions: Missions, operator: TerminalOperator, *, as_json: bool) -> None:
+    while sentence := operator.next_line():
+        operator.begin()
+        before = signal.signal(signal.SIGINT, lambda *_: operator.request_stop(because="the operator pressed Ctrl-C"))
+        try:
+            recorded = missions.ask(sentence)
+        except ValueError as error:
+            print(f"openbelief run: {error}", file=sys.stderr)
+            continue
+        finally:
+            signal.signal(signal.SIGINT, before)
+        outcome = recorded.outcome
+        operator.tell(f"{outcome.end}: {outcome.reason}")
+        operator.tell(f"trial: {recorded.failure or recorded.trial}")
+        if as_json:
+            print_json(
+                {"query": sentence, "outcome": str(outcome.end), "visits": outcome.visits, "trial": str(recorded.trial)}
+            )
