@@ -150,15 +150,26 @@ class SilentWire:
         self._target = (host, int(port))
         self._server = socket.create_server(("127.0.0.1", 0))
         self._sockets: list[socket.socket] = [self._server]
-        self.silent = threading.Event()
+        self.silent, self._down = threading.Event(), threading.Event()
         threading.Thread(target=self._accept, daemon=True).start()
 
     @property
     def endpoint(self) -> str:
         return f"tcp/127.0.0.1:{self._server.getsockname()[1]}"
 
+    def cut(self) -> None:
+        """Close what is open and let nobody in until `mend`."""
+        self._down.set()
+        self._close(self._sockets[1:])
+
+    def mend(self) -> None:
+        self._down.clear()
+
     def close(self) -> None:
-        for each in self._sockets:
+        self._close(self._sockets)
+
+    def _close(self, sockets: list[socket.socket]) -> None:
+        for each in sockets:
             with suppress(OSError):
                 each.shutdown(socket.SHUT_RDWR)
             each.close()
@@ -167,6 +178,9 @@ class SilentWire:
         with suppress(OSError):
             while True:
                 near, _ = self._server.accept()
+                if self._down.is_set():
+                    near.close()
+                    continue
                 far = socket.create_connection(self._target)
                 self._sockets += [near, far]
                 for source, sink in ((near, far), (far, near)):
