@@ -16,6 +16,7 @@ from sim_fakes.shading import Shading
 from sim_fakes.world import FLOOR_ID, WALL_ID, World
 
 NOTHING = 0
+EMPTY_RGB = 24
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,17 @@ class Rendered:
     color: Array
     depth_m: Array
     instances: Array
+
+
+@dataclass(frozen=True)
+class Hits:
+    """Where rays ended, (h, w, ...): map points, depth, instance ids, triangles and barycentric coordinates there."""
+
+    points: Array
+    depth_m: Array
+    instances: Array
+    triangles: Array
+    uvs: Array
 
 
 class Renderer:
@@ -47,9 +59,14 @@ class Renderer:
 
     def render(self, T_map_camera: Array, intrinsics: Intrinsics) -> Rendered:
         """The view of a camera at (4, 4) `T_map_camera`, optical frame."""
-        directions = _ray_grid(intrinsics) @ T_map_camera[:3, :3].T
-        origins = np.broadcast_to(T_map_camera[:3, 3], directions.shape)
-        return self._cast(origins, directions)  # unit depth per unit of t: t is the depth
+        directions = _ray_grid(intrinsics) @ T_map_camera[:3, :3].T.astype(np.float32)
+        return self._shaded(self._cast(T_map_camera[:3, 3], directions))
+
+    def segment(self, T_map_camera: Array, intrinsics: Intrinsics) -> tuple[Array, Array]:
+        """`render`'s depth_m and instances alone, in a third of the time."""
+        directions = _ray_grid(intrinsics) @ T_map_camera[:3, :3].T.astype(np.float32)
+        hits = self._cast(T_map_camera[:3, 3], directions)
+        return hits.depth_m, hits.instances
 
     def top_view(self, pixels_per_m: float) -> tuple[Array, Array, Array]:
         """The flat from above without a roof: (h, w, 3) uint8, and the map (x, y) of its lower left and upper right.
@@ -62,7 +79,7 @@ class Renderer:
         y = high[1] - (np.arange(rows) + 0.5) / pixels_per_m
         origins = np.stack([*np.meshgrid(x, y), np.full((rows, columns), 5.0)], axis=-1)
         directions = np.broadcast_to([0.0, 0.0, -1.0], origins.shape)
-        return self._cast(origins, directions).color, low, high
+        return self._shaded(self._cast(origins, directions)).color, low, high
 
     def scan(self, T_map_lidar: Array, directions: Array) -> Array:
         """(n,) float32 ranges, metres, along (n, 3) unit directions of the lidar frame; inf where nothing is hit."""
@@ -74,24 +91,29 @@ class Renderer:
     def _tensor(self, rays: Array) -> Any:
         return self._o3d.core.Tensor(np.ascontiguousarray(rays, dtype=np.float32))
 
-    def _cast(self, origins: Array, directions: Array) -> Rendered:
-        rays = np.concatenate((origins, directions), axis=-1)
+    def _cast(self, origins: Array, directions: Array) -> Hits:
+        """Rays from (3,) or (h, w, 3) origins along (h, w, 3) directions; depth is in units of a direction's length."""
+        rays = np.empty((*directions.shape[:2], 6), np.float32)
+        rays[..., :3], rays[..., 3:] = origins, directions
         hit = {key: value.numpy() for key, value in self._scene.cast_rays(self._tensor(rays)).items()}
-        depth, geometry = hit["t_hit"], hit["geometry_ids"]
-        seen = np.isfinite(depth)
-        index = geometry[seen].astype(np.int64)
-        triangles = self._first_triangle[index] + hit["primitive_ids"][seen]
-        points = origins[seen] + directions[seen] * depth[seen][:, None]
-        color = np.full((*depth.shape, 3), 24, np.uint8)
-        color[seen] = self._shading.colours(points, triangles, hit["primitive_uvs"][seen])
-        instances = np.full(depth.shape, NOTHING, np.int32)
-        instances[seen] = self._ids[index]
-        return Rendered(color, np.where(seen, depth, 0).astype(np.float32), instances)
+        seen = np.isfinite(hit["t_hit"])
+        depth = np.where(seen, hit["t_hit"], 0).astype(np.float32)
+        geometry = np.where(seen, hit["geometry_ids"], 0).astype(np.int32)
+        triangles = np.where(seen, self._first_triangle[geometry] + hit["primitive_ids"], 0)
+        instances = np.where(seen, self._ids[geometry], NOTHING).astype(np.int32)
+        return Hits(rays[..., :3] + rays[..., 3:] * depth[..., None], depth, instances, triangles, hit["primitive_uvs"])
+
+    def _shaded(self, hits: Hits) -> Rendered:
+        color = self._shading.colours(
+            hits.points.reshape(-1, 3), hits.triangles.ravel(), hits.uvs.reshape(-1, 2)
+        ).reshape(hits.points.shape)
+        color[hits.instances == NOTHING] = EMPTY_RGB
+        return Rendered(color, hits.depth_m, hits.instances)
 
 
 @lru_cache(maxsize=4)
 def _ray_grid(intrinsics: Intrinsics) -> Array:
-    """(h, w, 3) float64 rays of the pixel centres with z = 1, optical frame."""
+    """(h, w, 3) float32 rays of the pixel centres with z = 1, optical frame."""
     v, u = np.mgrid[0 : intrinsics.height, 0 : intrinsics.width].reshape(2, -1)
     rays = np.column_stack((intrinsics.rays(u, v), np.ones(u.size)))
-    return rays.reshape(intrinsics.height, intrinsics.width, 3)
+    return rays.reshape(intrinsics.height, intrinsics.width, 3).astype(np.float32)
