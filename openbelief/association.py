@@ -89,7 +89,7 @@ class Association:
     def _overlaps(self, p: _Cloud, q: _Cloud) -> bool:
         """Omega_r >= tau_g, the second direction only where the first does not decide."""
         radius, tau_g = self._parameters.radius_m, self._parameters.tau_g
-        return p.share_near(q, radius) >= tau_g or q.share_near(p, radius) >= tau_g
+        return p.share_near(q, radius, tau_g) >= tau_g or q.share_near(p, radius, tau_g) >= tau_g
 
     def _root(self, index: int) -> int:
         while self._parent[index] != index:
@@ -135,12 +135,13 @@ class _Cloud:
         self.low, self.high = points.min(axis=0).astype(float), points.max(axis=0).astype(float)
         self._tree: cKDTree | None = None
 
-    def share_near(self, other: _Cloud, radius: float) -> float:
-        """The share of these points within `radius` of the other's."""
+    def share_near(self, other: _Cloud, radius: float, needed: float = 0.0) -> float:
+        """The share of these points within `radius` of the other's; an upper bound where it is less than `needed`."""
         reach = radius + ROUNDING_M
         inside = ((self.points >= other.low - reach) & (self.points <= other.high + reach)).all(axis=1)
-        if not inside.any():
-            return 0.0
+        bound = float(np.count_nonzero(inside) / len(inside))
+        if bound == 0.0 or bound < needed:
+            return bound
         distances, _ = other.tree.query(self.points[inside], distance_upper_bound=reach)
         return float(np.isfinite(distances).sum() / len(self.points))
 
@@ -149,7 +150,7 @@ class _Cloud:
         if self._tree is None:
             from scipy.spatial import cKDTree
 
-            self._tree = cKDTree(self.points)
+            self._tree = cKDTree(self.points, balanced_tree=False, compact_nodes=False)
         return self._tree
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -25,6 +25,15 @@ from openbelief.target_phrase import target_phrase
 if TYPE_CHECKING:
     from openbelief.perception.ports import TextEncoder
 
+ACQUISITION_PARAMETERS = (
+    "voxel_m",
+    "depth_min_m",
+    "depth_max_m",
+    "min_mask_px",
+    "min_points",
+    "cluster_eps_m",
+    "cluster_min_points",
+)
 __all__ = ["Candidate", "Concept", "ObjectMemory", "ObjectNode"]
 
 
@@ -96,7 +105,6 @@ class ObjectMemory:
 
         stored = store.read(path)
         meta = stored.meta
-        _check_encoder(text_encoder, meta["text_encoder_id"], meta["text_dim"])
         memory = cls._assemble(
             [freeze(o) for o in stored.observations],
             stored.digests,
@@ -108,11 +116,43 @@ class ObjectMemory:
             feature_text_aligned=meta["feature_text_aligned"],
             frames=stored.frames,
             about=meta["about"],
-            text_encoder=text_encoder,
         )
         if memory.content_hash != meta["content_hash"]:
             raise store.BeliefFileError(store.damaged(Path(path), "its content hash is not what its evidence gives"))
-        return memory
+        return memory if text_encoder is None else memory.with_text_encoder(text_encoder)
+
+    def with_text_encoder(self, text_encoder: TextEncoder) -> ObjectMemory:
+        """The same memory, able to hear sentences. Raises ValueError on another id or dim than the stored one."""
+        if text_encoder.id != self.text_encoder_id or text_encoder.dim != self.text_dim:
+            raise ValueError(
+                f"This memory speaks {self.text_encoder_id!r} ({self.text_dim} numbers), the encoder given is "
+                f"{text_encoder.id!r} ({text_encoder.dim}): open it with its own, or map again."
+            )
+        return replace(self, text_encoder=text_encoder)
+
+    def rebuilt(self, parameters: Parameters) -> ObjectMemory:
+        """The memory that other parameters make of the same evidence; needs neither perception nor text encoder.
+
+        Raises ValueError on another acquisition parameter: what it would have kept is not in the evidence.
+        """
+        from openbelief.association import associate
+
+        for name in ACQUISITION_PARAMETERS:
+            if getattr(parameters, name) != getattr(self.parameters, name):
+                raise ValueError(f"Parameter {name} decides what is taken from a frame: map again with it.")
+        return self._assemble(
+            list(self.observations),
+            list(self.digests),
+            associate(self.observations, parameters).tolist(),
+            self.embeddings,
+            parameters=parameters,
+            text_encoder_id=self.text_encoder_id,
+            text_dim=self.text_dim,
+            feature_text_aligned=self.feature_text_aligned,
+            frames=self.frames,
+            about=self.about,
+            text_encoder=self.text_encoder,
+        )
 
     @classmethod
     def _assemble(
@@ -257,14 +297,6 @@ def _check_features(evidence: Sequence[Observation], dim: int | None) -> None:
                 f"Observation (frame {o.frame}, mask {o.mask}): its feature has {len(o.feature)} numbers, the text "
                 f"encoder {dim}; where features are not text-aligned say feature_text_aligned=False."
             )
-
-
-def _check_encoder(encoder: TextEncoder | None, stored_id: str, stored_dim: int) -> None:
-    if encoder is not None and (encoder.id != stored_id or encoder.dim != stored_dim):
-        raise ValueError(
-            f"This memory speaks {stored_id!r} ({stored_dim} numbers), the encoder given is {encoder.id!r} "
-            f"({encoder.dim}): open it with its own, or map again."
-        )
 
 
 def _frames_of(evidence: Sequence[Observation]) -> tuple[FrameRecord, ...]:

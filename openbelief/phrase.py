@@ -36,7 +36,7 @@ def clean(raw: str) -> str:
 def printable(raw: str, limit: int = 120) -> str:
     """One line safe for a terminal or a log, at most `limit` characters: no control, no invisible characters."""
     line = " ".join(clean(raw).split())
-    return line if len(line) <= limit else line[: limit - 1] + "…"
+    return line if len(line) <= limit else line[: limit - 3] + "..."
 
 
 def is_background(phrase: str) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import TYPE_CHECKING, Literal, TypeAlias, get_args
 
 import numpy as np
 
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from openbelief.memory import ObjectNode
 
 Readout = Literal["consensus", "early", "belief"]
+Scores: TypeAlias = list[float | None]
 NOTHING_TO_COMPARE = -1.0  # the lowest cosine: a node without language whose feature is not text-aligned comes last
 
 
@@ -62,23 +63,38 @@ def visual_weight(node: ObjectNode, parameters: Parameters) -> float:
     return {"degraded": parameters.lambda_degraded, "trusted": parameters.lambda_trusted}[node.trust]
 
 
-def fuse(visual: float | None, language: float | None, visual_weight: float) -> float:
-    """S_i = lambda_i <f_i^v, f_q> + (1 - lambda_i) H_i (eq. retrieval-score); a missing channel leaves the other."""
-    if visual is None:
-        return NOTHING_TO_COMPARE if language is None else language
+def fuse(visual: float, language: float | None, visual_weight: float) -> float:
+    """S_i = lambda_i <f_i^v, f_q> + (1 - lambda_i) H_i (eq. retrieval-score); without language the visual score."""
     return visual if language is None else visual_weight * visual + (1.0 - visual_weight) * language
+
+
+def fuse_language_only(nodes: Sequence[ObjectNode], language: Scores, parameters: Parameters) -> list[float]:
+    """S_i = H_i where features are not text-aligned: lambda = 0, and there is no visual branch for doubt to lean on.
+
+    Degraded nodes still place less weight on language, as in eq. reliability-fusion: theirs is (1 - lambda_i) relative
+    to the most trusted nodes of the map. With plain H_i one stray detection called "cup" beats 48 looks at a cup.
+    """
+    spoken = [1.0 - visual_weight(n, parameters) for n, h in zip(nodes, language, strict=True) if h is not None]
+    best = max(spoken, default=0.0) or 1.0
+    return [
+        NOTHING_TO_COMPARE if h is None else (1.0 - visual_weight(n, parameters)) / best * h
+        for n, h in zip(nodes, language, strict=True)
+    ]
 
 
 def score(
     nodes: Sequence[ObjectNode], query: Array, readout: Readout, parameters: Parameters, feature_text_aligned: bool
 ) -> list[Candidate]:
     """Every node's candidate for a (d,) float64 unit query, in the order of the nodes."""
-    visual = [float(n.feature.astype(np.float64) @ query) if feature_text_aligned else None for n in nodes]
-    language = [language_score(n, query, readout) for n in nodes]
+    visual: Scores = [float(n.feature.astype(np.float64) @ query) if feature_text_aligned else None for n in nodes]
+    language: Scores = [language_score(n, query, readout) for n in nodes]
     seen, said = (visual, language) if parameters.fusion == "paper" else (_standard(visual), _standard(language))
-    fused = [fuse(v, h, visual_weight(n, parameters)) for n, v, h in zip(nodes, seen, said, strict=True)]
-    rows = zip(nodes, fused, visual, language, strict=True)
-    return [Candidate(n.id, s, v, h) for n, s, v, h in rows]
+    if feature_text_aligned:
+        rows = zip(nodes, seen, said, strict=True)
+        fused = [fuse(v, h, visual_weight(n, parameters)) for n, v, h in rows if v is not None]
+    else:
+        fused = fuse_language_only(nodes, said, parameters)
+    return [Candidate(n.id, s, v, h) for n, s, v, h in zip(nodes, fused, visual, language, strict=True)]
 
 
 def best_first(candidates: Sequence[Candidate], exclude: frozenset[int]) -> list[Candidate]:
@@ -93,7 +109,7 @@ def check_readout(readout: str) -> Readout:
     raise ValueError(f"Readout should be one of {', '.join(get_args(Readout))}, got {readout!r}.")
 
 
-def _standard(scores: list[float | None]) -> list[float | None]:
+def _standard(scores: Scores) -> Scores:
     """One channel as z-scores over the map: image-text and text-text cosines are on different scales."""
     known = np.array([s for s in scores if s is not None])
     spread = known.std() if len(known) else 0.0

@@ -1,0 +1,74 @@
+"""Free-form retrieval against a TRUTH.json.
+
+R@k: one of the first k candidates has its centroid inside an accepted object's box grown by 0.25 m. SR@1m: the first
+one's centroid is within 1 m of such a box, seen from above.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from robot_app.cli import Failure, print_json
+
+READOUTS = ("consensus", "early", "belief")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("memory", type=Path, metavar="SITE.belief")
+    parser.add_argument("truth", type=Path, metavar="TRUTH.json")
+    parser.add_argument("--readout", choices=READOUTS, default="consensus", help="language head (default consensus)")
+
+
+def run(options: argparse.Namespace) -> None:
+    from openbelief.evaluation.retrieval import evaluate
+    from openbelief.evaluation.truth import TruthError, read_truth
+    from robot_app.memories import open_with_encoder
+
+    try:
+        truth = read_truth(options.truth)
+    except TruthError as error:
+        raise Failure(str(error)) from error
+    memory = open_with_encoder(options.memory)
+    result = evaluate(memory, truth, options.readout) | {
+        "memory": str(options.memory),
+        "truth": str(options.truth),
+        "content_hash": memory.content_hash,
+        "parameters": memory.parameters.to_dict(),
+    }
+    print_json(result) if options.json else _show(result)
+
+
+def _show(result: dict[str, Any]) -> None:
+    from robot_app.tables import cell, show
+
+    show(_scores(result))
+    absent, nodes = result["absent"], result["nodes"]
+    if absent["auc"] is not None:
+        print(f"absent: {absent['queries']} queries, best score {absent['mean_top_score']:.3f} on average; a present")
+        print(f"  thing scores higher than an absent one in {absent['auc']:.1%} of the pairs")
+    print(f"nodes: {nodes['nodes']} for {nodes['true_objects']} true objects")
+    if nodes["purity"] is not None:
+        print(f"  {nodes['nodes_per_object']:.2f} nodes per mapped object, purity {nodes['purity']:.3f}")
+    for miss in result["misses"]:
+        first = miss["candidates"][0]["label"] if miss["candidates"] else "nothing"
+        print(f"miss: {cell(miss['query'])} -> {cell(first or 'an object never named')}; {miss['because']}")
+    print(f"memory {cell(result['memory'])}, content hash {result['content_hash']}")
+
+
+def _scores(result: dict[str, Any]) -> Any:
+    from rich.table import Table
+
+    from robot_app.tables import cell, number
+
+    title = f"{Path(result['truth']).name}, {result['readout']}"
+    table = Table("queries", "n", "R@1", "R@3", "SR@1m", title=cell(title), title_justify="left")
+    rows = {"all findable": result, **result["by_kind"]}
+    if "language_alone" in result:
+        rows["all findable, language alone"] = result["language_alone"]
+    if result["unfindable"]["queries"]:
+        rows["unfindable (not scored)"] = result["unfindable"]
+    for name, row in rows.items():
+        table.add_row(cell(name), str(row["queries"]), *(number(row[k], 2) for k in ("r_at_1", "r_at_3", "sr_at_1m")))
+    return table

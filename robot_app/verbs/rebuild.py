@@ -1,0 +1,90 @@
+"""New belief parameters over the same evidence: no camera, no perception, no text encoder is needed.
+
+Association, weights, consolidation, smoothing, trust, fusion and projection follow the new parameters. What decides
+which points were taken from a frame (voxel, depth range, filters) needs `openbelief map` again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tomllib
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from robot_app.cli import Failure, print_json
+
+if TYPE_CHECKING:
+    from openbelief.parameters import Parameters
+
+EXAMPLE = "openbelief rebuild site.belief -o new.belief --set synonym_threshold=0.85"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("memory", type=Path, metavar="SITE.belief")
+    parser.add_argument("-o", "--out", required=True, type=Path, metavar="NEW.belief", help="the memory to write")
+    parser.add_argument("--parameters", type=Path, metavar="FILE.toml", help="parameters to change, as name = value")
+    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="one parameter to change")
+    parser.add_argument("--force", action="store_true", help="replace NEW.belief where it exists")
+
+
+def run(options: argparse.Namespace) -> None:
+    from robot_app.memories import open_memory
+
+    if options.out.exists() and not options.force:
+        raise Failure(f"{options.out} exists: choose another name, or --force to replace it.")
+    if not options.out.parent.is_dir():
+        raise Failure(f"The folder {options.out.parent} does not exist: create it, or choose another -o.")
+    old = open_memory(options.memory)
+    changes = _changes(options)
+    try:
+        new = old.rebuilt(_changed(old.parameters, changes))
+    except (ValueError, TypeError) as error:
+        raise Failure(str(error)) from error
+    new.save(options.out)
+    report = {
+        "memory": str(options.out),
+        "content_hash": new.content_hash,
+        "source": {"memory": str(options.memory), "content_hash": old.content_hash},
+        "changed": changes,
+        "observations": len(new.observations),
+        "objects": len(new.objects),
+        "objects_before": len(old.objects),
+    }
+    print_json(report) if options.json else _show(report)
+
+
+def _changes(options: argparse.Namespace) -> dict[str, Any]:
+    """The parameters named in the file and on the command line, which wins."""
+    changes: dict[str, Any] = {}
+    try:
+        if options.parameters:
+            changes |= tomllib.loads(options.parameters.read_text(encoding="utf-8"))
+        for each in options.set:
+            changes |= _one(each)
+    except (OSError, ValueError) as error:
+        raise Failure(f"The parameters cannot be read: {error}") from error
+    return changes
+
+
+def _one(text: str) -> dict[str, Any]:
+    """NAME=VALUE as TOML; a bare word is text."""
+    name, equals, value = text.partition("=")
+    if not equals:
+        raise ValueError(f"--set {text!r} should be NAME=VALUE")
+    try:
+        return {name.strip(): tomllib.loads(f"value = {value}")["value"]}
+    except tomllib.TOMLDecodeError:
+        return {name.strip(): value.strip()}
+
+
+def _changed(parameters: Parameters, changes: dict[str, Any]) -> Parameters:
+    from openbelief.parameters import Parameters
+
+    return Parameters.from_dict(parameters.to_dict() | changes)
+
+
+def _show(report: dict[str, Any]) -> None:
+    changed = ", ".join(f"{name} = {value}" for name, value in report["changed"].items()) or "nothing"
+    print(f"changed: {changed}")
+    print(f"{report['observations']} observations, {report['objects']} objects ({report['objects_before']} before)")
+    print(f"{report['memory']}, content hash {report['content_hash']}")

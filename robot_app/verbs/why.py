@@ -1,0 +1,136 @@
+"""Every phrase, weight, frame and mask behind an object, and the belief that follows from them.
+
+OBJECT is the number that `openbelief query` shows. --crops writes what each mask looked like.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from robot_app.cli import Failure, print_json
+
+if TYPE_CHECKING:
+    from openbelief.memory import ObjectMemory, ObjectNode
+    from openbelief.observation import Observation
+
+EXAMPLE = "openbelief why site.belief 12"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("memory", type=Path, metavar="SITE.belief")
+    parser.add_argument("object", type=int, metavar="OBJECT", help="object id, as shown by `openbelief query`")
+    parser.add_argument("--crops", type=Path, metavar="DIR", help="write the JPEG crop of every mask to DIR")
+
+
+def run(options: argparse.Namespace) -> None:
+    from robot_app.memories import open_memory
+
+    memory = open_memory(options.memory)
+    if not 0 <= options.object < len(memory.objects):
+        raise Failure(f"{options.memory} has no object {options.object}: it holds 0 to {len(memory.objects) - 1}.")
+    node = memory.objects[options.object]
+    report = explain(memory, node) | {"memory": str(options.memory)}
+    if options.crops:
+        report["crops"] = [str(path) for path in _write_crops(node, options.crops)]
+    print_json(report) if options.json else _show(report)
+
+
+def explain(memory: ObjectMemory, node: ObjectNode) -> dict[str, Any]:
+    """The node, its concepts and each observation, as JSON."""
+    from openbelief.retrieval import visual_weight
+
+    return {
+        "object_id": node.id,
+        "label": node.label,
+        "trust": node.trust,
+        "background": node.background,
+        "lambda": visual_weight(node, memory.parameters) if memory.feature_text_aligned else 0.0,
+        "frames": node.frames,
+        "centroid": node.centroid.tolist(),
+        "aabb": node.aabb.tolist(),
+        "room": node.room,
+        "concepts": [
+            {"label": c.label, "phrases": list(c.phrases), "support": c.support, "belief": c.belief}
+            for c in node.concepts
+        ],
+        "observations": [_explain_observation(memory, node, o) for o in node.observations],
+    }
+
+
+def _explain_observation(memory: ObjectMemory, node: ObjectNode, o: Observation) -> dict[str, Any]:
+    from openbelief.belief import weight
+    from openbelief.phrase import comparable
+
+    concept = next((c for c in node.concepts if comparable(o.phrase) in c.phrases), None)
+    return {
+        "recording": o.recording,
+        "frame": o.frame,
+        "stamp_ns": o.provenance.stamp_ns if o.provenance else None,
+        "mask": o.mask,
+        "bbox": list(o.provenance.bbox) if o.provenance else None,
+        "phrase": o.phrase,
+        "concept": concept.label if concept else None,
+        "belief": concept.belief if concept else None,
+        "weight": weight(o, memory.parameters),
+        "confidence": o.confidence,
+        "points": o.n,
+    }
+
+
+def _write_crops(node: ObjectNode, folder: Path) -> list[Path]:
+    folder.mkdir(parents=True, exist_ok=True)
+    written = []
+    for o in node.observations:
+        if o.provenance and o.provenance.crop_jpeg:
+            path = folder / f"object{node.id}_frame{o.frame}_mask{o.mask}.jpg"
+            path.write_bytes(o.provenance.crop_jpeg)
+            written.append(path)
+    return written
+
+
+def _show(report: dict[str, Any]) -> None:
+    from robot_app.tables import cell, show
+
+    show(_concepts(report))
+    show(_observations(report))
+    x, y, z = report["centroid"]
+    print(f"centre {x:.2f} {y:.2f} {z:.2f} m, weight of the visual branch {report['lambda']:g}")
+    if report.get("crops"):
+        print(f"{len(report['crops'])} crops written, the first is {cell(report['crops'][0])}")
+
+
+def _concepts(report: dict[str, Any]) -> Any:
+    from rich.table import Table
+
+    from robot_app.tables import cell, number
+
+    title = f"object {report['object_id']}: {report['label'] or 'never named'} ({report['trust']})"
+    table = Table("belief", "support", "concept", "phrases", title=cell(title), title_justify="left")
+    for c in report["concepts"]:
+        phrases = ", ".join(c["phrases"])
+        table.add_row(number(c["belief"]), number(c["support"], 1), cell(c["label"]), cell(phrases))
+    return table
+
+
+def _observations(report: dict[str, Any]) -> Any:
+    from rich.table import Table
+
+    from robot_app.tables import cell, number
+
+    headings = ("phrase", "weight", "frame", "mask", "confidence", "points", "concept", "belief", "recording")
+    table = Table(*headings, title=f"{len(report['observations'])} observations", title_justify="left")
+    for o in report["observations"]:
+        table.add_row(
+            cell(o["phrase"] or "-"),
+            number(o["weight"], 1),
+            str(o["frame"]),
+            str(o["mask"]),
+            number(o["confidence"], 2),
+            str(o["points"]),
+            cell(o["concept"] or "-"),
+            number(o["belief"]),
+            cell(o["recording"]),
+        )
+    return table
