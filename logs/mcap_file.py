@@ -16,7 +16,7 @@ from logs.checksum import with_checksum
 
 CHUNK_BYTES = 1 << 20  # what a crash can lose at most, and what a reader must decompress at once
 PROFILE = "ros2"
-DEFINITION = "openbelief.channel"  # the metadata record that says again what a channel is
+DEFINITION = "openbelief.channel/"  # and its number: the metadata record that says again what a channel is
 
 
 @dataclass(frozen=True)
@@ -145,7 +145,7 @@ class McapFile:
         channel = self._writer.register_channel(spec.topic, spec.encoding, schema_id, dict(spec.metadata))
         self._channels[spec] = channel
         self._finish_chunk()
-        self._writer.add_metadata(DEFINITION, with_checksum(definition_values(channel, spec)))
+        self._writer.add_metadata(f"{DEFINITION}{channel}", with_checksum(definition_values(channel, spec)))
         return channel
 
     def attach(self, name: str, media_type: str, data: bytes, *, log_time_ns: int) -> None:

@@ -118,8 +118,7 @@ class LogReader:
                 if raw.opcode == Opcode.METADATA:
                     record = parse(raw)
                     found[record.name] = without_checksum(record.metadata)
-        found.pop(DEFINITION, None)  # for recover, not about the recording
-        return found
+        return {name: values for name, values in found.items() if not name.startswith(DEFINITION)}  # those: for recover
 
     def topics(self) -> dict[str, str]:
         """Topic -> type name, without reading the messages where the file has an index."""

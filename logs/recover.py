@@ -194,7 +194,7 @@ class _Recovery:
     def _keep_metadata(self, raw: RawRecord) -> None:
         record = parse(raw)
         values = without_checksum(record.metadata)
-        if record.name == DEFINITION and KEY in record.metadata:
+        if record.name.startswith(DEFINITION) and KEY in record.metadata:
             channel_id, spec = definition_of(values)
             self.specs.setdefault(channel_id, spec)
             return
