@@ -19,7 +19,7 @@ from logs.journal import Attached, Entry
 from logs.reader import LogError, LogMessage, LogReader
 from logs.recorder import McapRecorder
 from logs.structured import logger
-from logs.trial_records import RECORDS, Ended, Frame, MapUsed, Query, Record
+from logs.trial_records import RECORDS, Ended, Frame, MapUsed, Query, Record, Transition
 from logs.versions import commit, versions
 from openbelief.arrays import Array
 from openbelief.traversability import OccupancyGrid
@@ -93,7 +93,8 @@ class TrialWriter:
         self._recorder.write_json(record.topic, record, self._clock.now_ns())
         if record.role == "decision":
             self._recorder.flush()
-            logger().info(record.topic.removeprefix("/trial/"), **record.model_dump(mode="json"))
+        if isinstance(record, (Transition, Ended)):  # the story; its details are in the trial
+            logger().info(record.topic, facts=record.model_dump(mode="json"))
 
     def _identity(self) -> dict[str, str]:
         about = self._about

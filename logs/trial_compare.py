@@ -45,6 +45,8 @@ def compare_decisions(recorded: Sequence[Record], replayed: Sequence[Record]) ->
     for number, (old, new) in enumerate(zip_longest(recorded, replayed), start=1):
         if old is None or new is None or type(old) is not type(new):
             return Difference(step, number, (old or new).topic, "", _named(old), _named(new))
+        if isinstance(old, Transition) and isinstance(new, Transition) and old.event != new.event:
+            return Difference(step, number, old.topic, "event", _event(old), _event(new))
         for field, a, b in _differing("", old.model_dump(), new.model_dump()):
             return Difference(step, number, old.topic, field, a, b)
         step += isinstance(old, Transition)
@@ -53,8 +55,13 @@ def compare_decisions(recorded: Sequence[Record], replayed: Sequence[Record]) ->
 
 def _named(record: Record | None) -> str | None:
     if isinstance(record, Transition):
-        return f"{record.topic} {record.event} ({record.because})"
+        return f"{record.topic} {_event(record)}"
     return None if record is None else record.topic
+
+
+def _event(record: Transition) -> str:
+    """With its reason: where the replay asked for other inputs than the trial's, that says so."""
+    return f"{record.event} ({record.because})"
 
 
 def _differing(path: str, old: Any, new: Any) -> Iterator[tuple[str, Any, Any]]:

@@ -123,6 +123,8 @@ class NavigatorState(Record):
 
 
 class RobotPose(Record):
+    """Where the robot was."""
+
     topic: ClassVar[str] = "/trial/robot_pose"
     role: ClassVar[Role] = "input"
     pose: PlanarPose
@@ -220,6 +222,8 @@ class Plan(Record):
 
 
 class OperatorReply(Record):
+    """What the operator answered to "may I?": yes, no, expired or stop."""
+
     topic: ClassVar[str] = "/trial/operator_reply"
     role: ClassVar[Role] = "input"
     question: str
@@ -248,6 +252,8 @@ class NavigationEnd(Record):
 
 
 class CancelAnswer(Record):
+    """How the navigator took a cancel."""
+
     topic: ClassVar[str] = "/trial/cancel"
     role: ClassVar[Role] = "input"
     because: str
@@ -362,6 +368,8 @@ class Exclusion(Record):
 
 
 class Transition(Record):
+    """A state left for another by an event, and why."""
+
     topic: ClassVar[str] = "/trial/transition"
     role: ClassVar[Role] = "decision"
     source: str

@@ -5,6 +5,7 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from behaviors.events import Outcome
@@ -119,12 +120,17 @@ def trial_memory(trial: TrialReader, memory_path: Path | None) -> ObjectMemory:
 
 
 def _encoder(trial: TrialReader) -> TextEncoder:
+    encoder = _sentence_encoder()
+    if trial.about.text_encoder_id != encoder.id:
+        raise TrialError(f"{trial.path} needs text encoder {trial.about.text_encoder_id!r}, which is not here")
+    return encoder
+
+
+@cache
+def _sentence_encoder() -> TextEncoder:
+    """One for all replays of a process: loading the model takes seconds."""
     from openbelief.perception.sentence import SentenceEncoder
 
-    if trial.about.text_encoder_id != SentenceEncoder.id:
-        raise TrialError(
-            f"{trial.path} needs text encoder {trial.about.text_encoder_id!r}, which is not here"
-        )
     return SentenceEncoder()
 
 
