@@ -52,7 +52,7 @@ class Parameters:
 
     # Correction (Sec. III-F)
     tau_nu: float = 0.25
-    tau_q: float | None = None  # None: the encoder's own (0.40 sentence encoder; the paper's 0.50 for SAM 3 / CLIP)
+    tau_q: float | None = None  # None: the encoder's own (0.45 sentence encoder; the paper's 0.50 for SAM 3 / CLIP)
     tau_arr: float = 0.2
     k_max: int = 2
 
