@@ -17,7 +17,7 @@ from openbelief.perception.ports import TextEncoder
 from openbelief.phrase import comparable
 from openbelief.visibility import Visibility, visibility
 
-# Calibrated on the apartment recording (1150 masks, 50 queries). What has to be told apart on arrival is the thing asked
+# Calibrated on the apartment recording (1150 masks, 50 queries). What has to be told apart on arrival: the thing asked
 # for from things that retrieval could take for it, so: the least balanced error between masks of accepted objects and
 # masks of each query's five most similar other objects. 0.45: 78 % of the true pass (direct 86 %, synonym 66 %,
 # confused 72 %) and 32 % of the similar others, error 0.272; 0.40: 85 %, 42 %, 0.284; 0.50: 67 %, 28 %, 0.302. Of masks
