@@ -92,7 +92,6 @@ class _Source:
         return {
             "recording": self.recording,
             "file": self.reader.path.name,
-            "perception": self.perception.id,
             "damage": self.reader.damage,
         }
 
@@ -108,7 +107,7 @@ def run_map(job: MapJob, text_encoder: TextEncoder, progress: Progress) -> MapRe
         with _open_store(job, sources, text_encoder) as store:
             resumed = sum(len(store.frames_done(source.recording)) for source in sources)
             taken = [_take(source, job, store, clock, progress) for source in sources]
-            _require_evidence(store, sources, taken)
+            _require_evidence(store, sources, taken, job)
             progress.step("building the memory")
             memory = build_memory(store, text_encoder, stage=clock)
     except (LogError, RecordingError, RecordedPerceptionError, BeliefFileError) as error:
@@ -151,7 +150,12 @@ def _require_text_space(perception: Perception, text_encoder: TextEncoder) -> No
 
 def _open_store(job: MapJob, sources: list[_Source], text_encoder: TextEncoder) -> BeliefStore:
     """OUT.partial: a new one, or the one that an interrupted run of the same job left."""
-    about = {"recordings": [s.about() for s in sources], "stride": job.stride, "map_frame": job.map_frame}
+    about = {
+        "recordings": [s.about() for s in sources],
+        "perception": [s.perception.id for s in sources],
+        "stride": job.stride,
+        "map_frame": job.map_frame,
+    }
     if not job.partial.exists():
         return BeliefStore.create(
             job.partial,
@@ -209,9 +213,12 @@ def _timed(frames: Iterator[Any], clock: Stopwatch) -> Iterator[Any]:
         yield frame
 
 
-def _require_evidence(store: BeliefStore, sources: list[_Source], taken: list[Taken]) -> None:
+def _require_evidence(store: BeliefStore, sources: list[_Source], taken: list[Taken], job: MapJob) -> None:
+    """A memory of nothing is no memory: raises Failure, and leaves no partial file to resume."""
     if any(t.observations for t in taken) or store.observations():
         return
+    store.close()
+    job.partial.unlink()
     refused: Counter[str] = sum((t.refused for t in taken), Counter())
     masks = sum(t.masks for t in taken)
     why = (

@@ -1,0 +1,221 @@
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from openbelief.memory import ObjectMemory
+from openbelief.store import BeliefStore
+from robot_app.cli import main
+
+RECORDINGS = Path(__file__).resolve().parents[3].parent / "shared" / "recordings"
+
+# A perception that plays a file back, notes every frame it looks at, and kills its own process on the way.
+MORTAL = """
+import os, signal, sys
+from pathlib import Path
+import numpy as np
+from openbelief.perception.recorded import RecordedPerception
+from openbelief.store import BeliefStore
+from robot_app.mapping import MapJob, run_map
+from robot_app.perceptions import KINDS, PerceptionKind
+from robot_app.progress import LineProgress
+
+walk, jsonl, out, log, where, number = sys.argv[1:]
+count = 0
+def die(at):
+    global count
+    count += at == where
+    if at == where and count == int(number):
+        os.kill(os.getpid(), signal.SIGKILL)
+
+class Mortal(RecordedPerception):
+    def perceive(self, frame):
+        die("perceive")
+        with open(log, "a") as file:
+            file.write(f"{frame.stamp_ns}\\n")
+        return super().perceive(frame)
+
+class Words:
+    id, dim = "words", 4
+    def encode(self, texts):
+        return np.array([np.eye(4)[len(t) % 4] for t in texts], np.float32)
+
+keep = BeliefStore.add_frame
+def add_frame(self, *args, **kwargs):
+    die("keep")
+    keep(self, *args, **kwargs)
+BeliefStore.add_frame = add_frame
+KINDS["mortal"] = PerceptionKind(Mortal, "FILE", expensive=True)
+print(run_map(MapJob([Path(walk)], Path(out), [f"mortal:{jsonl}"]), Words(), LineProgress()).memory.content_hash)
+"""
+
+
+def run_mortal(walk, jsonl, out, log, where="nowhere", number=0) -> subprocess.CompletedProcess:
+    command = [sys.executable, "-c", MORTAL, *map(str, (walk, jsonl, out, log, where, number))]
+    return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+
+
+class Words:
+    """A text encoder that loads in no time."""
+
+    id, dim = "words", 4
+
+    def encode(self, texts):
+        return np.array([np.eye(4)[len(text) % 4] for text in texts], np.float32)
+
+
+@pytest.fixture
+def words(monkeypatch) -> None:
+    """The verb's encoder replaced by one that loads in no time."""
+    monkeypatch.setattr("openbelief.perception.sentence.SentenceEncoder", Words)
+
+
+@pytest.fixture
+def walk(make_walk, words, tmp_path) -> Path:
+    """A walk of 6 frames, its perception beside it, named as `map` looks for it."""
+    made = make_walk(6)
+    made.write_perception(tmp_path / "walk.perception.jsonl")
+    return made.write(tmp_path / "walk.mcap")
+
+
+@pytest.mark.parametrize("where", ["perceive", "keep"])
+def test_a_mapping_killed_in_the_middle_resumes_to_the_same_memory_and_never_perceives_twice(walk, tmp_path, where):
+    jsonl = tmp_path / "walk.perception.jsonl"
+    whole = run_mortal(walk, jsonl, tmp_path / "whole.belief", tmp_path / "whole.log")
+    assert whole.returncode == 0, whole.stderr
+    killed = run_mortal(walk, jsonl, tmp_path / "site.belief", tmp_path / "site.log", where, 4)
+    assert killed.returncode == -signal.SIGKILL and not (tmp_path / "site.belief").exists()
+    with BeliefStore.resume(tmp_path / "site.belief.partial") as store:
+        assert len(store.frames()) == 3
+    resumed = run_mortal(walk, jsonl, tmp_path / "site.belief", tmp_path / "site.log")
+    assert resumed.returncode == 0, resumed.stderr
+    assert resumed.stdout == whole.stdout  # the content hash
+    looked_at = (tmp_path / "site.log").read_text().split()
+    assert len(looked_at) == 6 and looked_at == (tmp_path / "whole.log").read_text().split()
+    assert not (tmp_path / "site.belief.partial").exists()
+
+
+def test_a_walk_becomes_a_memory_with_a_report(walk, tmp_path, capsys):
+    assert main(["map", str(walk), "-o", str(tmp_path / "site.belief"), "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert (report["frames"], report["objects"], report["recordings"][0]["skipped"]) == (6, 3, {})
+    memory = ObjectMemory.open(tmp_path / "site.belief")
+    assert sorted(node.concepts[0].label for node in memory.objects) == ["blue box", "green box", "red box"]
+    red = next(node for node in memory.objects if node.concepts[0].label == "red box")
+    # The camera stands 0.1 m ahead of the base; the boxes' faces are 1.6 m before it, the red one at y = -0.5 m.
+    assert red.centroid == pytest.approx([1.7, -0.5, 1.0], abs=0.04)
+    assert report["content_hash"] == memory.content_hash
+    assert set(report["seconds"]) == {"read", "perceive", "acquire", "keep", "build", "seal"}
+
+
+def test_what_was_skipped_is_printed_with_its_reason_and_kept_in_the_memory(make_walk, words, tmp_path, capsys):
+    made = make_walk(6)
+    made.write_perception(tmp_path / "walk.perception.jsonl")
+    made.drop("/camera/depth/image_rect_raw", made.stamps[2])
+    path = made.write(tmp_path / "walk.mcap")
+    assert main(["map", str(path), "-o", str(tmp_path / "site.belief")]) == 0
+    assert "skipped 1 x no depth image at its stamp (first: image 2: No depth image within" in capsys.readouterr().out
+    skipped = [f for f in ObjectMemory.open(tmp_path / "site.belief").frames if f.skipped]
+    assert [f.stamp_ns for f in skipped] == [made.stamps[2]]
+
+
+def test_a_truncated_recording_is_mapped_as_far_as_it_goes_and_said_to_be_damaged(make_walk, words, tmp_path, capsys):
+    made = make_walk(12)
+    made.write_perception(tmp_path / "walk.perception.jsonl")
+    path = made.write(tmp_path / "walk.mcap")
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    assert main(["map", str(path), "-o", str(tmp_path / "site.belief")]) == 0
+    printed = capsys.readouterr().out
+    assert "is damaged: the file ends in the middle of a record" in printed
+    assert 0 < len(ObjectMemory.open(tmp_path / "site.belief").frames) < 12
+
+
+def test_two_walks_become_one_memory(make_walk, words, tmp_path, capsys):
+    paths = []
+    for name, count in (("a", 4), ("b", 6)):
+        made = make_walk(count)
+        made.write_perception(tmp_path / f"{name}.perception.jsonl")
+        paths.append(str(made.write(tmp_path / f"{name}.mcap")))
+    assert main(["map", *paths, "-o", str(tmp_path / "site.belief"), "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert (report["frames"], report["objects"]) == (10, 3)
+
+
+def test_a_partial_file_is_resumed_by_the_same_job_only(make_walk, walk, tmp_path, capsys, monkeypatch):
+    out = tmp_path / "site.belief"
+    with monkeypatch.context() as patch:  # an interruption while the memory is built
+        patch.setattr("robot_app.mapping.build_memory", lambda *_, **__: (_ for _ in ()).throw(KeyboardInterrupt))
+        assert main(["map", str(walk), "-o", str(out)]) == 130
+    (tmp_path / "p.toml").write_text("alpha = 0.25\n")
+    assert main(["map", str(walk), "-o", str(out), "--parameters", str(tmp_path / "p.toml")]) == 1
+    error = capsys.readouterr().err.splitlines()[-1]
+    assert "site.belief.partial was begun with other parameters: repeat" in error and "or delete it" in error
+    make_walk(6).write_perception(tmp_path / "other.jsonl", note="another")
+    assert main(["map", str(walk), "-o", str(out), "--perception", f"recorded:{tmp_path / 'other.jsonl'}"]) == 1
+    assert "begun with other perception:" in capsys.readouterr().err
+    assert main(["map", str(walk), "-o", str(out), "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert (report["frames"], report["frames_resumed"]) == (0, 6)
+
+
+REFUSED = [
+    (["{tmp}/nothing.mcap", "--perception", "recorded:{tmp}/walk.perception.jsonl"], "nothing.mcap is not there"),
+    (["{tmp}/walk.mcap", "--perception", "clip:x"], r"--perception should be recorded:FILE.jsonl"),
+    (["{tmp}/walk.mcap", "--perception", "recorded:{tmp}/no.jsonl"], "no.jsonl cannot be read"),
+    (["{tmp}/walk.mcap", "{tmp}/walk.mcap"], "named twice"),
+    (["{tmp}/walk.mcap", "--map-frame", "world"], "gives no frame: 6 x no transform to the map"),
+    (["{tmp}/walk.mcap", "--parameters", "{tmp}/no.toml"], "no.toml"),
+    (["{tmp}/walk.mcap", "--color-topic", "/rear"], "no colour topic '/rear'"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "said"), REFUSED)
+def test_wrong_input_is_refused_in_one_line_and_leaves_nothing_behind(walk, tmp_path, capsys, arguments, said):
+    arguments = [argument.format(tmp=tmp_path) for argument in arguments]
+    assert main(["map", *arguments, "-o", str(tmp_path / "site.belief")]) == 1
+    assert said in capsys.readouterr().err.splitlines()[-1]
+    assert not list(tmp_path.glob("site.belief*"))
+
+
+def test_an_existing_memory_is_not_overwritten_unless_told_to(walk, tmp_path, capsys):
+    out = tmp_path / "site.belief"
+    out.write_text("precious")
+    assert main(["map", str(walk), "-o", str(out)]) == 1
+    assert "--force" in capsys.readouterr().err and out.read_text() == "precious"
+    assert main(["map", str(walk), "-o", str(out), "--force"]) == 0
+    assert ObjectMemory.open(out).objects
+
+
+def test_perception_of_another_recording_is_noticed(walk, tmp_path, capsys):
+    lines = (tmp_path / "walk.perception.jsonl").read_text().replace('"stamp_ns": ', '"stamp_ns": 7')
+    (tmp_path / "other.jsonl").write_text(lines)
+    spec = f"recorded:{tmp_path / 'other.jsonl'}"
+    assert main(["map", str(walk), "--perception", spec, "-o", str(tmp_path / "site.belief")]) == 1
+    assert "no mask for any of its frames; is it of another recording?" in capsys.readouterr().err
+    assert not list(tmp_path.glob("site.belief*"))
+
+
+def test_features_of_another_text_space_are_refused(make_walk, walk, tmp_path, capsys):
+    make_walk(6).write_perception(tmp_path / "x.jsonl", feature_text_aligned=True, text_space="MobileCLIP2-S4")
+    arguments = ["--perception", f"recorded:{tmp_path / 'x.jsonl'}", "-o", str(tmp_path / "site.belief")]
+    assert main(["map", str(walk), *arguments]) == 1
+    assert "live in the text space of MobileCLIP2-S4" in capsys.readouterr().err
+
+
+@pytest.mark.recordings
+def test_part_of_the_kitchen_becomes_a_memory(tmp_path, capsys):
+    if not (RECORDINGS / "kitchen.mcap").is_file():
+        pytest.skip("the shared recordings folder is not beside the checkout")
+    out = str(tmp_path / "kitchen.belief")
+    assert main(["map", os.fspath(RECORDINGS / "kitchen.mcap"), "--stride", "10", "-o", out, "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["frames"] == 10 and report["objects"] > 5
+    labels = {concept.label for node in ObjectMemory.open(out).objects for concept in node.concepts}
+    assert any("chair" in label for label in labels)
