@@ -39,9 +39,7 @@ def arrival_frame(index: int, ports: Ports, policy: MissionPolicy) -> RgbdFrame:
 
 def camera_mount(ports: Ports, policy: MissionPolicy) -> CameraMount:
     """Measured from a frame and the transforms at its stamp, never assumed."""
-    frame, T_map_camera = patiently(ports, lambda: _posed_frame(ports, policy))
-    base = Pose2.from_matrix(ports.poses.transform_at(frame.stamp_ns, BASE_FRAME))
-    return CameraMount(inverse(base.matrix()) @ T_map_camera, frame.intrinsics)
+    return patiently(ports, lambda: _measured(ports, policy))
 
 
 def robot_pose(ports: Ports, policy: MissionPolicy) -> Pose2:
@@ -57,6 +55,12 @@ def patiently(ports: Ports, ask: Callable[[], Answer]) -> Answer:
         except (StaleData, PoseUnavailable):
             ports.clock.sleep(BETWEEN_TRIES_S)
     return ask()
+
+
+def _measured(ports: Ports, policy: MissionPolicy) -> CameraMount:
+    frame, T_map_camera = _posed_frame(ports, policy)
+    base = Pose2.from_matrix(ports.poses.transform_at(frame.stamp_ns, BASE_FRAME))
+    return CameraMount(inverse(base.matrix()) @ T_map_camera, frame.intrinsics)
 
 
 def _posed_frame(ports: Ports, policy: MissionPolicy) -> tuple[CameraFrame, Array]:

@@ -8,12 +8,12 @@ from drivers.ports import NavigationResult, NavigationStatus, Ports
 from openbelief.pose import Pose2
 
 POLL_S = 0.05  # 20 Hz: a STOP is acted on within 50 ms of the clock
-# A cancel is over and done with when the goal is known to have ended, however it ended.
-NOT_ENDED = (NavigationStatus.STILL_MOVING, NavigationStatus.LOST)
+# What a cancel may answer that leaves a FAULT: nobody took it, or how the goal ended is not known.
+TROUBLE = (NavigationStatus.STILL_MOVING, NavigationStatus.LOST)
 
 
 class RobotMayMove(RuntimeError):
-    """A goal was sent and nobody acknowledged its end."""
+    """A goal was sent and nobody acknowledged its cancel."""
 
 
 def drive(goal: Pose2, ports: Ports, policy: MissionPolicy) -> Step:
@@ -46,17 +46,12 @@ def _driven(goal: Pose2, ports: Ports, policy: MissionPolicy) -> Step:
 
 
 def _step(end: NavigationResult) -> Step:
-    event = NAVIGATION_EVENTS[end.status]
-    if end.status is NavigationStatus.STILL_MOVING:
-        return Step(event, _may_move(end.reason))
-    return Step(event, end.reason or f"navigation {end.status}")
+    return Step(NAVIGATION_EVENTS[end.status], _words(end))
 
 
 def _stopped(because: str, ports: Ports) -> Step:
     end = ports.navigator.cancel(because=because)
-    if end.status in NOT_ENDED:
-        return Step(Event.FAULT, _may_move(f"{because}; {end.reason}"))
-    return Step(Event.STOP, because)
+    return Step(Event.FAULT, f"{because}; {_words(end)}") if end.status in TROUBLE else Step(Event.STOP, because)
 
 
 def _timed_out(ports: Ports, policy: MissionPolicy) -> NavigationResult:
@@ -70,8 +65,8 @@ def _timed_out(ports: Ports, policy: MissionPolicy) -> NavigationResult:
 def _after_loss(end: NavigationResult, ports: Ports) -> Step:
     """The robot's state is unknown: the goal is cancelled still, for the link may carry that much."""
     cancelled = ports.navigator.cancel(because=end.reason)
-    lost = _may_move(end.reason) if cancelled.status in NOT_ENDED else f"{end.reason}; the goal was cancelled"
-    return Step(Event.FAULT, lost)
+    unanswered = cancelled.status is NavigationStatus.STILL_MOVING
+    return Step(Event.FAULT, _may_move(end.reason) if unanswered else end.reason)
 
 
 def _cancel_after(error: BaseException, ports: Ports) -> None:
@@ -79,9 +74,14 @@ def _cancel_after(error: BaseException, ports: Ports) -> None:
         end = ports.navigator.cancel(because=f"error while driving: {error}")
     except Exception as second:  # noqa: BLE001 - whatever it was, nobody knows now whether the robot stands
         raise RobotMayMove(_may_move(f"{error}; the cancel failed too: {second}")) from error
-    if end.status in NOT_ENDED:
+    if end.status is NavigationStatus.STILL_MOVING:
         raise RobotMayMove(_may_move(str(error))) from error
 
 
+def _words(end: NavigationResult) -> str:
+    reason = end.reason or f"navigation {end.status}"
+    return _may_move(reason) if end.status is NavigationStatus.STILL_MOVING else reason
+
+
 def _may_move(because: str) -> str:
-    return because if USE_THE_REMOTE in because else f"{because.rstrip('.')}; {USE_THE_REMOTE}"
+    return because if USE_THE_REMOTE in because.lower() else f"{because.rstrip('.')}; {USE_THE_REMOTE}"
