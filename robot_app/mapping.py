@@ -25,7 +25,7 @@ from robot_app.perceptions import kind_of
 
 @dataclass(frozen=True)
 class MapJob:
-    """perceptions: one spec for all recordings, or one for each."""
+    """perceptions: one spec for all recordings, or one for each. seed: of simulated perception."""
 
     recordings: list[Path]
     out: Path
@@ -35,6 +35,7 @@ class MapJob:
     map_frame: str = "map"
     stride: int = 1
     force: bool = False
+    seed: int = 0
 
     @property
     def partial(self) -> Path:
@@ -125,7 +126,9 @@ def _plan(job: MapJob, text_encoder: TextEncoder, progress: Progress) -> list[_S
     sources = []
     for path, spec in zip(job.recordings, specs, strict=True):
         kind, argument = kind_of(spec)
-        perception = made.setdefault(spec, made.get(spec) or kind.make(argument))
+        if spec not in made:
+            made[spec] = kind.make(argument, text_encoder, job.seed)
+        perception = made[spec]
         _require_text_space(perception, text_encoder)
         progress.step(f"reading {path.name}")
         reader = FrameReader(path, topics=job.topics, map_frame=job.map_frame, stride=job.stride)

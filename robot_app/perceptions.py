@@ -9,19 +9,20 @@ from typing import TYPE_CHECKING
 from robot_app.cli import Failure
 
 if TYPE_CHECKING:
-    from openbelief.perception.ports import Perception
+    from openbelief.perception.ports import Perception, TextEncoder
 
 
 @dataclass(frozen=True)
 class PerceptionKind:
-    """make: argument -> Perception. expensive: its output is cached frame by frame, and never computed twice."""
+    """make: (argument, text encoder, seed) -> Perception; raises Failure. expensive: its output is cached frame by
+    frame, and never computed twice."""
 
-    make: Callable[[str], Perception]
+    make: Callable[[str, TextEncoder, int], Perception]
     argument: str
     expensive: bool
 
 
-def _recorded(path: str) -> Perception:
+def _recorded(path: str, text_encoder: TextEncoder, seed: int) -> Perception:  # noqa: ARG001
     from openbelief.perception.recorded import RecordedPerception, RecordedPerceptionError
 
     try:
@@ -30,13 +31,12 @@ def _recorded(path: str) -> Perception:
         raise Failure(str(error)) from error
 
 
-def _scripted(scene: str) -> Perception:
+def _scripted(scene: str, text_encoder: TextEncoder, seed: int) -> Perception:
     from sim_fakes.scripted_perception import ScriptedPerception
-
     from sim_fakes.world import World
 
     try:
-        return ScriptedPerception(World.load(scene), seed=0)
+        return ScriptedPerception(World.load(scene), text_encoder, seed=seed)
     except (OSError, ValueError) as error:
         raise Failure(f"--perception scripted:{scene}: {error}") from error
 
@@ -54,3 +54,9 @@ def kind_of(spec: str) -> tuple[PerceptionKind, str]:
     if name not in KINDS or not argument:
         raise Failure(f"--perception should be {FORMS}, got {spec!r}.")
     return KINDS[name], argument
+
+
+def open_perception(spec: str, text_encoder: TextEncoder, seed: int = 0) -> Perception:
+    """The perception that "KIND:ARGUMENT" names; raises Failure. seed: of what is simulated."""
+    kind, argument = kind_of(spec)
+    return kind.make(argument, text_encoder, seed)

@@ -52,7 +52,7 @@ def add_frame(self, *args, **kwargs):
     die("keep")
     keep(self, *args, **kwargs)
 BeliefStore.add_frame = add_frame
-KINDS["mortal"] = PerceptionKind(Mortal, "FILE", expensive=True)
+KINDS["mortal"] = PerceptionKind(lambda path, *_: Mortal(path), "FILE", expensive=True)
 print(run_map(MapJob([Path(walk)], Path(out), [f"mortal:{jsonl}"]), Words(), LineProgress()).memory.content_hash)
 """
 
