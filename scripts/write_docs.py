@@ -43,6 +43,25 @@ def trial_records() -> str:
     return table(["topic", "role", "what"], rows)
 
 
+def ros_topics() -> str:
+    from drivers.topics import TOPICS
+
+    head = ["topic", "type", "Hz", "stale after", "at most", "latched", "logged"]
+    rows = [
+        [
+            f"`{t.name}`",
+            f"`{t.type_name}`",
+            f"{t.rate_hz:g}" if t.rate_hz else "once",
+            f"{t.max_age_s:g} s" if t.max_age_s else "-",
+            f"{t.max_bytes >> 10} KiB",
+            "yes" if t.latched else "",
+            "yes" if t.logged else "",
+        ]
+        for t in TOPICS
+    ]
+    return table(head, rows)
+
+
 def table(head: list[str], rows: list[list[str]]) -> str:
     lines = [head, ["---"] * len(head), *rows]
     return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
@@ -59,6 +78,7 @@ GENERATED: dict[tuple[str, str], Callable[[], str]] = {
     ("docs/mission.md", "ends"): mission_ends,
     ("docs/mission.md", "navigation"): mission_navigation,
     ("docs/mission.md", "records"): trial_records,
+    ("docs/nav2.md", "topics"): ros_topics,
 }
 
 
