@@ -81,7 +81,7 @@ class SimRosPublisher:
         self._send(MAP, grid_message(replace(self._grid, stamp_ns=self._stamp_ns())))
         self._clock.every(1.0 / TF_RATE_HZ, self._tf)
         if self._eyes is not None:
-            self._clock.every(1.0 / self._camera_rate_hz, self._camera)
+            self._clock.every(1.0 / self._camera_rate_hz, self.look)
             self._clock.every(1.0 / self._lidar_rate_hz, self._lidar)
             self._clock.every(1.0 / TF_RATE_HZ, self._camera_at_stop)
             self._send_lidar()
@@ -109,9 +109,10 @@ class SimRosPublisher:
     def _camera_at_stop(self) -> None:
         stopped, self._was_moving = self._was_moving and not self._robot.moving, self._robot.moving
         if stopped:
-            self._camera()
+            self.look()
 
-    def _camera(self) -> None:
+    def look(self) -> None:
+        """Publish an image now, whatever the rate."""
         self._send_camera()
         self._bridge.flush()
 

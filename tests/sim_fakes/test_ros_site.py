@@ -122,3 +122,17 @@ def test_a_handler_that_fails_is_raised_by_the_simulation(robot_and_clock):
             for _ in range(100):
                 bridge.flush()
                 threading.Event().wait(0.02)
+
+
+def test_a_look_is_an_image_of_this_moment_in_the_drivers_hands(robot_and_clock):
+    from drivers.ros_topics import RosCamera
+
+    robot, clock = robot_and_clock
+    site = RosSite(clock, robot, Floor().occupancy_grid(), CountingEyes(), camera_rate_hz=0.01)
+    with site, ZenohLink(site.link_config) as link:
+        camera = RosCamera(link, clock)
+        camera.start()
+        site.start(link)
+        clock.sleep(3.0)
+        site.topics.look()
+        assert camera.latest(0.0).stamp_ns == clock.now_ns()
