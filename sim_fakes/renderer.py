@@ -44,11 +44,9 @@ class Renderer:
     """Builds its ray-casting scene once (about 0.1 s after Open3D's import of some seconds)."""
 
     def __init__(self, world: World) -> None:
-        ensure_libusb()
-        import open3d as o3d
-
+        self._o3d = _open3d()
+        self._scene = self._o3d.t.geometry.RaycastingScene(nthreads=2)
         meshes = [world.floor, merge(world.walls), *(o.mesh for o in world.objects)]
-        self._o3d, self._scene = o3d, o3d.t.geometry.RaycastingScene(nthreads=2)
         for mesh in meshes:
             self._scene.add_triangles(mesh.vertices.astype(np.float32), mesh.triangles.astype(np.uint32))
         self._ids = np.array([FLOOR_ID, WALL_ID, *(o.id for o in world.objects)], dtype=np.int32)
@@ -109,6 +107,14 @@ class Renderer:
         ).reshape(hits.points.shape)
         color[hits.instances == NOTHING] = EMPTY_RGB
         return Rendered(color, hits.depth_m, hits.instances)
+
+
+def _open3d() -> Any:
+    """The module; Any, for its stubs lack the overloads that take numpy arrays."""
+    ensure_libusb()
+    import open3d
+
+    return open3d
 
 
 @lru_cache(maxsize=4)

@@ -163,7 +163,7 @@ FLOOR_PATTERNS = {"planks": planks, "parquet": parquet, "tiles": tiles, "carpet"
 
 
 def contact_shade(world: World, low: Array, shape: tuple[int, ...]) -> Array:
-    """(h, w) float32 in [0, 0.5]: how much of the light the things standing there take from the floor around them."""
+    """(h, w) float32 in [0, 0.55]: how much of the light the things standing there take from the floor around them."""
     import cv2
 
     covered = np.zeros(shape, np.float32)
@@ -173,5 +173,5 @@ def contact_shade(world: World, low: Array, shape: tuple[int, ...]) -> Array:
         column, row = ((near_floor[:, :2] - low) / TEXEL_M).astype(int).T
         ok = (row >= 0) & (row < shape[0]) & (column >= 0) & (column < shape[1])
         covered[row[ok], column[ok]] = 1
-    covered = cv2.dilate(covered, np.ones((5, 5), np.uint8))
-    return np.clip(0.55 * cv2.GaussianBlur(covered, (0, 0), 7) + 0.4 * cv2.GaussianBlur(covered, (0, 0), 18), 0, 0.55)
+    grown = cv2.dilate(covered, np.ones((5, 5), np.uint8))
+    return np.clip(0.55 * cv2.GaussianBlur(grown, (0, 0), 7) + 0.4 * cv2.GaussianBlur(grown, (0, 0), 18), 0, 0.55)

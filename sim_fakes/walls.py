@@ -30,7 +30,7 @@ def floor_mesh(rooms: list[Room]) -> Mesh:
     corners = np.concatenate([np.array(room.polygon) for room in rooms])
     (x0, y0), (x1, y1) = corners.min(axis=0), corners.max(axis=0)
     vertices = np.array([[x0, y0, 0], [x1, y0, 0], [x1, y1, 0], [x0, y1, 0]], dtype=float)
-    return painted(vertices, np.array([[0, 1, 2], [0, 2, 3]]), PALETTE["beige"], "floor")
+    return painted(vertices, np.array([[0, 1, 2], [0, 2, 3]]), np.array(PALETTE["beige"]), "floor")
 
 
 def wall_meshes(rooms: list[Room], doors: list[Door]) -> list[Mesh]:
@@ -77,7 +77,7 @@ def _wall(start: Array, end: Array, gaps: list[tuple[float, float]], colour: Arr
     pieces += [(a, b, DOOR_HEIGHT_M, WALL_HEIGHT_M) for a, b in gaps]
     slabs = [box(np.array([a, 0, z0]), np.array([b, WALL_THICKNESS_M, z1]), colour, "wall") for a, b, z0, z1 in pieces]
     boards = [
-        box(np.array([a, 0, 0]), np.array([b, WALL_THICKNESS_M + 0.012, SKIRTING_M]), PALETTE["white"])
+        box(np.array([a, 0, 0]), np.array([b, WALL_THICKNESS_M + 0.012, SKIRTING_M]), np.array(PALETTE["white"]))
         for a, b, z0, _ in pieces
         if z0 == 0
     ]
