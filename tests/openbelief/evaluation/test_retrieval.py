@@ -1,0 +1,114 @@
+from __future__ import annotations
+
+import hashlib
+import json
+
+import numpy as np
+import pytest
+
+from openbelief import ObjectMemory, Observation
+from openbelief.evaluation.retrieval import evaluate
+from openbelief.evaluation.truth import TruthError, read_truth
+from openbelief.observation import Provenance
+
+BLOCK = (np.stack(np.meshgrid(*[np.arange(5)] * 3), axis=-1).reshape(-1, 3) * 0.02).astype(np.float32)
+
+
+class Words:
+    id, dim = "words", 16
+
+    def encode(self, texts):
+        seeds = [int.from_bytes(hashlib.sha256(text.encode()).digest()[:4]) for text in texts]
+        rows = np.array([np.random.default_rng(seed).normal(size=16) for seed in seeds])
+        return (rows / np.linalg.norm(rows, axis=1, keepdims=True)).astype(np.float32)
+
+
+def view(phrase, x, frame, mask):
+    source = Provenance("walk", frame, (0, 0, 1, 1), {"size": [1, 1], "counts": [0, 1]})
+    return Observation(frame, mask, phrase, 0.9, BLOCK + np.float32([x, 0, 0]), np.eye(16)[0], source)
+
+
+def box(x):
+    return [[x, 0, 0], [x + 0.1, 0.1, 0.1]]
+
+
+@pytest.fixture
+def memory():
+    """A lamp where it is, a "cup" 0.6 m beside the true cup, and a lamp (fragment) once more."""
+    views = [view("lamp", 0, f, 0) for f in range(3)] + [view("cup", 5.7, f, 1) for f in range(3)]
+    return ObjectMemory.build([*views, view("dog", 0.15, 9, 2)], Words())
+
+
+@pytest.fixture
+def truth(tmp_path):
+    def write(**changes):
+        content = {
+            "format": "openbelief.truth/1",
+            "objects": [{"id": 7, "label": "lamp", "aabb": box(0)}, {"id": 8, "label": "cup", "aabb": box(5)}],
+            "queries": [
+                {"query": "find the lamp", "kind": "direct", "accept": [7]},
+                {"query": "cup", "kind": "direct", "accept": [8]},
+                {"query": "zebra", "kind": "absent", "accept": []},
+                {"query": "spoon", "kind": "direct", "accept": [8], "findable": False},
+            ],
+            "mask_origin": [*[[f, 0, 7] for f in range(3)], *[[f, 1, 8] for f in range(2)], [2, 1, 3], [9, 2, 7]],
+        }
+        path = tmp_path / "truth.json"
+        path.write_text(json.dumps(content | changes))
+        return path
+
+    return write
+
+
+def test_right_and_near_are_told_apart_and_what_cannot_be_found_is_not_scored(memory, truth):
+    result = evaluate(memory, read_truth(truth()))
+    assert result["queries"] == 2
+    assert (result["r_at_1"], result["r_at_3"], result["sr_at_1m"]) == (0.5, 0.5, 1.0)
+    assert result["by_kind"] == {"direct": {"queries": 2, "r_at_1": 0.5, "r_at_3": 0.5, "sr_at_1m": 1.0}}
+    assert result["unfindable"]["queries"] == 1 and result["absent"]["queries"] == 1
+    (miss,) = result["misses"]
+    assert miss["query"] == "cup" and miss["because"] == "no mapped object lies where an accepted one is"
+    assert "language_alone" not in result
+    json.dumps(result, allow_nan=False)
+
+
+def test_fragments_and_mixed_nodes_are_counted(memory, truth):
+    nodes = evaluate(memory, read_truth(truth()))["nodes"]
+    assert nodes == {
+        "nodes": 3,
+        "true_objects": 2,
+        "mapped_objects": 2,
+        "nodes_per_object": 1.5,
+        "purity": pytest.approx(6 / 7),
+    }
+
+
+def test_without_mask_origins_purity_is_unknown_not_one(memory, truth):
+    assert evaluate(memory, read_truth(truth(mask_origin=[])))["nodes"]["purity"] is None
+
+
+def test_language_alone_is_reported_where_features_are_no_text(memory, truth):
+    blind = ObjectMemory.build(memory.observations, Words(), feature_text_aligned=False)
+    assert evaluate(blind, read_truth(truth()))["language_alone"]["queries"] == 2
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"format": "openbelief.truth/2"},
+        {"objects": [{"id": 7, "label": "lamp", "aabb": [[1, 0, 0], [0, 0, 0]]}]},
+        {"queries": [{"query": "x", "kind": "direct", "accept": [99]}]},
+        {"queries": [{"query": "x", "kind": "direct", "accept": []}]},
+        {"queries": 3},
+    ],
+)
+def test_a_truth_that_contradicts_itself_is_refused_in_one_line(truth, changes):
+    with pytest.raises(TruthError, match=r"^[^\n]*truth.json[^\n]*$"):
+        read_truth(truth(**changes))
+
+
+def test_a_truth_that_is_none_is_refused(tmp_path):
+    (tmp_path / "truth.json").write_text("not json")
+    for path in (tmp_path / "truth.json", tmp_path / "missing.json"):
+        with pytest.raises(TruthError, match="json"):
+            read_truth(path)

@@ -1,0 +1,244 @@
+from __future__ import annotations
+
+import dataclasses
+import random
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from openbelief import ObjectMemory, Observation, Parameters
+
+READOUTS = ("consensus", "early", "belief")
+
+
+@pytest.fixture
+def memory(flat, tiny_encoder):
+    return ObjectMemory.build(flat, tiny_encoder, Parameters())
+
+
+def test_objects_are_numbered_by_their_smallest_recording_frame_and_mask(memory):
+    assert [node.id for node in memory.objects] == [0, 1, 2, 3]
+    assert [node.label for node in memory.objects] == ["red chair", "chair", "floor lamp", "white wall"]
+
+
+def test_the_memory_does_not_depend_on_the_order_of_mapping(flat, tiny_encoder, memory):
+    shuffled = random.Random(1).sample(flat, len(flat))
+    other = ObjectMemory.build(shuffled, tiny_encoder, Parameters())
+    assert other.content_hash == memory.content_hash
+    for mine, theirs in zip(memory.objects, other.objects, strict=True):
+        assert (mine.feature == theirs.feature).all() and (mine.consensus == theirs.consensus).all()
+
+
+def test_the_hash_follows_evidence_partition_encoder_and_parameters(flat, tiny_encoder, memory):
+    def hash_of(views=flat, parameters=None, name="tiny==1", aligned=True):
+        encoder = type("Renamed", (), {"id": name, "dim": 16, "encode": tiny_encoder.encode})()
+        built = ObjectMemory.build(views, encoder, parameters or Parameters(), feature_text_aligned=aligned)
+        return built.content_hash
+
+    louder = [dataclasses.replace(flat[0], confidence=0.91), *flat[1:]]
+    renamed = [dataclasses.replace(flat[0], phrase="Red chair"), *flat[1:]]
+    others = [
+        hash_of(views=louder),
+        hash_of(views=renamed),
+        hash_of(views=flat[1:]),
+        hash_of(parameters=Parameters(alpha=0.6)),
+        hash_of(name="tiny==2"),
+        hash_of(aligned=False),
+    ]
+    assert hash_of() == memory.content_hash
+    assert len({memory.content_hash, *others}) == 7
+
+
+def test_repeated_frame_and_mask_are_kept_as_evidence(observe, tiny_encoder):
+    views = [observe("box"), observe("box"), observe("lamp")]
+    (node,) = ObjectMemory.build(views, tiny_encoder).objects
+    assert len(node.observations) == 3
+    assert (
+        ObjectMemory.build(views[::-1], tiny_encoder).content_hash
+        == ObjectMemory.build(views, tiny_encoder).content_hash
+    )
+
+
+def test_nothing_in_a_memory_can_be_changed(memory, flat):
+    node = memory.objects[0]
+    for thing, name in ((memory, "objects"), (memory, "parameters"), (node, "id"), (node.concepts[0], "belief")):
+        with pytest.raises(dataclasses.FrozenInstanceError):
+            setattr(thing, name, None)
+    arrays = [node.points, node.feature, node.consensus, node.aabb, node.centroid, node.embeddings, node.belief]
+    arrays += [node.concepts[0].embedding, node.observations[0].points, node.observations[0].feature]
+    for array in [*arrays, *memory.embeddings.values()]:
+        with pytest.raises(ValueError, match="read-only"):
+            array[...] = 0
+    with pytest.raises(TypeError):
+        memory.embeddings["box"] = None
+    with pytest.raises(TypeError):
+        memory.about["box"] = None
+
+
+def test_changing_the_arrays_it_was_built_from_does_not_change_it(tiny_encoder):
+    points = np.zeros((60, 3), np.float32)
+    view = Observation(0, 0, "box", 0.9, points, np.eye(16, dtype=np.float32)[0])
+    memory = ObjectMemory.build([view], tiny_encoder)
+    points += 5
+    assert memory.objects[0].centroid.tolist() == [0.0, 0.0, 0.0]
+    assert memory.objects[0].observations[0].points.max() == 0.0
+
+
+def test_centroid_is_the_mean_of_unique_voxels(observe, tiny_encoder):
+    small, large = observe("box", frame=0, side=4), observe("box", frame=1, side=10)
+    (node,) = ObjectMemory.build([small, large], tiny_encoder).objects
+    assert node.centroid == pytest.approx([0.1, 0.1, 0.1], abs=1e-6)
+    assert len(node.points) == 1000
+    assert node.aabb == pytest.approx(np.array([[0.01] * 3, [0.19] * 3]), abs=1e-6)
+
+
+def test_a_sentence_finds_the_thing_it_names(memory):
+    assert memory.rank("take me to the floor lamp, please?")[0].object_id == 2
+
+
+def test_a_sentence_ranks_no_background_unless_it_asks_for_it(memory, tiny_encoder):
+    assert {c.object_id for c in memory.rank("lamp")} == {0, 1, 2}
+    assert memory.rank("the white wall")[0].object_id == 3
+    assert {c.object_id for c in memory.rank(np.ones(16))} == {0, 1, 2, 3}
+
+
+def test_floor_lamps_are_no_floor(observe, tiny_encoder):
+    memory = ObjectMemory.build([observe("floor lamp"), observe("door mat", at=(2, 0, 0), mask=1)], tiny_encoder)
+    assert not any(node.background for node in memory.objects)
+
+
+def test_the_score_is_the_paper_s_fusion(memory, tiny_encoder):
+    query = tiny_encoder.encode(["chair"])[0].astype(float)
+    for candidate in memory.rank(query, "belief"):
+        node = memory.objects[candidate.object_id]
+        language = sum(c.belief * float(c.embedding @ query) for c in node.concepts)
+        assert candidate.visual == pytest.approx(float(node.feature @ query), abs=1e-6)
+        assert candidate.language == pytest.approx(language, abs=1e-6)
+        assert candidate.score == pytest.approx(0.2 * candidate.visual + 0.8 * candidate.language)
+
+
+def test_a_degraded_node_leans_on_vision_and_one_without_language_on_nothing_else(observe, tiny_encoder):
+    memory = ObjectMemory.build([observe("box"), observe(None, at=(2, 0, 0), mask=1)], tiny_encoder)
+    named, unnamed = sorted(memory.rank(np.eye(16)[0]), key=lambda c: c.object_id)
+    assert named.score == pytest.approx(0.7 * named.visual + 0.3 * named.language)
+    assert unnamed.language is None and unnamed.score == unnamed.visual == pytest.approx(1.0)
+    assert memory.objects[1].concepts == () and memory.objects[1].consensus is None
+    assert memory.objects[1].trust == "degraded"
+
+
+def test_ties_go_to_the_lowest_id(observe, tiny_encoder):
+    memory = ObjectMemory.build([observe("box", at=(2 * m, 0, 0), mask=m) for m in range(4)], tiny_encoder)
+    assert [c.object_id for c in memory.rank("box")] == [0, 1, 2, 3]
+    assert [c.object_id for c in memory.rank("box", exclude={0, 2}, limit=1)] == [1]
+
+
+@given(seed=st.integers(0, 1000), readout=st.sampled_from(READOUTS))
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_a_rejected_candidate_never_comes_back_and_scores_only_fall(memory, seed, readout):
+    query, rejected, scores = np.random.default_rng(seed).normal(size=16), set(), []
+    while candidate := memory.retrieve(query, readout, exclude=rejected):
+        assert candidate.object_id not in rejected
+        rejected.add(candidate.object_id)
+        scores.append(candidate.score)
+    assert rejected == {0, 1, 2, 3} and scores == sorted(scores, reverse=True)
+
+
+@given(factor=st.floats(0.3, 1.0), seed=st.integers(0, 1000))
+@settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_scaling_every_confidence_leaves_the_consensus_ranking_almost_unchanged(
+    flat, tiny_encoder, memory, factor, seed
+):
+    quieter = [dataclasses.replace(o, confidence=o.confidence * factor) for o in flat]
+    query = np.random.default_rng(seed).normal(size=16)
+    before = {c.object_id: c.score for c in memory.rank(query)}
+    after = {c.object_id: c.score for c in ObjectMemory.build(quieter, tiny_encoder).rank(query)}
+    assert all(after[i] == pytest.approx(before[i], abs=0.02) for i in before)
+
+
+def test_an_empty_memory_gives_none_and_says_why(tiny_encoder):
+    memory = ObjectMemory.build([], tiny_encoder)
+    assert memory.objects == () and memory.retrieve("lamp") is None and memory.retrieve(np.ones(16)) is None
+    assert memory.nothing_because("lamp") == "the memory holds no objects"
+    assert memory.project(["lamp", "box"]).shape == (0, 2)
+
+
+def test_nothing_left_says_why(memory, observe, tiny_encoder):
+    assert memory.nothing_because("lamp") is None
+    assert memory.nothing_because("lamp", exclude={0, 1, 2}) == "all 3 candidates are excluded"
+    walls = ObjectMemory.build([observe("wall")], tiny_encoder)
+    assert walls.retrieve("lamp") is None and "background" in walls.nothing_because("lamp")
+
+
+@pytest.mark.parametrize("query", [np.full(16, np.nan), np.zeros(16), np.ones(15), np.ones((2, 16)), "", " ?! ", "the"])
+def test_a_query_that_asks_nothing_is_refused(memory, query):
+    with pytest.raises(ValueError, match=r"\S"):
+        memory.rank(query)
+
+
+def test_an_unknown_readout_is_refused(memory):
+    with pytest.raises(ValueError, match="consensus, early, belief"):
+        memory.rank("lamp", "full")
+    with pytest.raises(ValueError, match="visual, consensus, early, full"):
+        memory.project(["lamp"], "belief")
+
+
+def test_features_of_another_length_are_refused_unless_they_are_said_to_be_no_text(observe, tiny_encoder):
+    views = [observe("box", dim=4)]
+    with pytest.raises(ValueError, match="feature_text_aligned=False"):
+        ObjectMemory.build(views, tiny_encoder)
+    assert len(ObjectMemory.build(views, tiny_encoder, feature_text_aligned=False).objects) == 1
+
+
+@pytest.mark.parametrize("row", [np.full(16, np.nan), np.zeros(16), np.ones(3)])
+def test_an_encoder_that_breaks_its_word_is_refused(observe, row):
+    encoder = type(
+        "Broken", (), {"id": "broken", "dim": 16, "encode": lambda self, texts: np.array([row] * len(texts))}
+    )
+    with pytest.raises(ValueError, match="broken"):
+        ObjectMemory.build([observe("box")], encoder())
+
+
+def test_features_that_are_no_text_serve_association_only(flat, tiny_encoder):
+    memory = ObjectMemory.build(flat, tiny_encoder, feature_text_aligned=False)
+    for candidate in memory.rank("red chair"):
+        assert candidate.visual is None and candidate.score == pytest.approx(candidate.language)
+    for readout in ("visual", "full"):
+        with pytest.raises(ValueError, match="not text-aligned"):
+            memory.project(["chair", "lamp"], readout)
+    for readout in ("consensus", "early"):
+        assert memory.project(["chair", "lamp"], readout).sum(axis=1) == pytest.approx(1.0)
+
+
+def test_without_vision_one_stray_word_does_not_beat_many_looks(observe, tiny_encoder):
+    looks = [observe("cup", frame=f) for f in range(5)] + [observe("old cup", frame=f) for f in range(5, 8)]
+    stray = observe("cup", at=(3, 0, 0), frame=9)
+    memory = ObjectMemory.build([*looks, stray], tiny_encoder, feature_text_aligned=False)
+    first, second = memory.rank("cup")
+    assert first.object_id == 0 and first.score == first.language < second.language
+
+
+def test_without_vision_a_node_without_language_comes_last(observe, tiny_encoder):
+    views = [observe(None, frame=0), observe("box", at=(2, 0, 0), frame=1)]
+    memory = ObjectMemory.build(views, tiny_encoder, feature_text_aligned=False)
+    assert [c.object_id for c in memory.rank("lamp")] == [1, 0]
+
+
+def test_calibrated_fusion_does_not_depend_on_a_channel_s_scale(flat, tiny_encoder, memory):
+    calibrated = ObjectMemory.build(flat, tiny_encoder, Parameters(fusion="calibrated"))
+    scores = {c.object_id: c for c in calibrated.rank(np.eye(16)[2])}
+    visual = np.array([scores[i].visual for i in range(4)])
+    language = np.array([scores[i].language for i in range(4)])
+    standard = [(x - x.mean()) / x.std() for x in (visual, language)]
+    assert [scores[i].score for i in range(4)] == pytest.approx(0.2 * standard[0] + 0.8 * standard[1])
+
+
+def test_other_parameters_over_the_same_evidence_need_no_encoder(memory, tmp_path):
+    memory.save(tmp_path / "a.belief")
+    opened = ObjectMemory.open(tmp_path / "a.belief")
+    again = opened.rebuilt(Parameters(consolidate=False))
+    assert again.content_hash != memory.content_hash and len(again.objects) == 4
+    assert opened.rebuilt(memory.parameters).content_hash == memory.content_hash
+    with pytest.raises(ValueError, match="voxel_m"):
+        opened.rebuilt(Parameters(voxel_m=0.05))
