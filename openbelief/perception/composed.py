@@ -1,0 +1,101 @@
+"""A perception made of parts: phrases, then segments, then features (paper Sec. III-B)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from openbelief.observation import Mask, RgbdFrame
+from openbelief.perception.mask_nms import suppress
+from openbelief.perception.ports import Perception, PhraseProposer, Segment, SegmentEncoder, Segmenter
+
+
+class BadModelOutput(ValueError):
+    """A network gave what its port does not allow; the message names the network."""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One step of a perception: `run(frame, what the step before gave)`. workers: how many frames at once."""
+
+    name: str
+    run: Callable[[RgbdFrame, Any], Any]
+    workers: int = 1
+
+
+class ComposedPerception:
+    """Perception port over a PhraseProposer, a Segmenter and a SegmentEncoder; `about` goes into the memory."""
+
+    def __init__(
+        self,
+        proposer: PhraseProposer,
+        segmenter: Segmenter,
+        features: SegmentEncoder,
+        *,
+        name: str = "paper",
+        proposer_workers: int = 1,
+    ) -> None:
+        self._proposer, self._segmenter, self._features = proposer, segmenter, features
+        self._name = name
+        self.stages = (
+            Stage("phrases", lambda frame, _: proposer.propose(frame), proposer_workers),
+            Stage("segments", self._segment),
+            Stage("features", self._masks),
+        )
+
+    @property
+    def id(self) -> str:
+        return f"{self._name}[{self._proposer.id} | {self._segmenter.id} | {self._features.id}]"
+
+    @property
+    def feature_text_aligned(self) -> bool:
+        return self._features.text_space is not None
+
+    @property
+    def text_space(self) -> str | None:
+        """Id of the text encoder in whose space the features live."""
+        return self._features.text_space
+
+    def perceive(self, frame: RgbdFrame) -> list[Mask]:
+        """All stages, one after the other. Raises FrameUnseen, or BadModelOutput naming the network."""
+        value: Any = None
+        for stage in self.stages:
+            value = stage.run(frame, value)
+        return list(value)
+
+    def _segment(self, frame: RgbdFrame, phrases: Sequence[str]) -> list[Segment]:
+        if not phrases:
+            return []
+        found = [_checked(segment, frame, self._segmenter.id) for segment in self._segmenter.segment(frame, phrases)]
+        return suppress([segment for segment in found if segment.pixels.any()])
+
+    def _masks(self, frame: RgbdFrame, segments: list[Segment]) -> list[Mask]:
+        """c_e is the mask's score."""
+        if not segments:
+            return []
+        rows = self._features.encode(frame, segments)
+        if len(rows) != len(segments) or not np.isfinite(rows).all():
+            raise BadModelOutput(f"{self._features.id} gave {np.shape(rows)}, finite: one row a segment was asked for.")
+        return [
+            Mask(index, segment.pixels, segment.phrase, segment.score, row)
+            for index, (segment, row) in enumerate(zip(segments, rows, strict=True))
+        ]
+
+
+def stages_of(perception: Perception) -> tuple[Stage, ...]:
+    """The perception's steps; one that has none is a single step."""
+    if isinstance(perception, ComposedPerception):
+        return perception.stages
+    return (Stage("perceive", lambda frame, _: perception.perceive(frame)),)
+
+
+def _checked(segment: Segment, frame: RgbdFrame, who: str) -> Segment:
+    pixels = np.asarray(segment.pixels)
+    if pixels.dtype != bool or pixels.shape != frame.depth_m.shape:
+        raise BadModelOutput(f"{who}: a mask should be {frame.depth_m.shape} bool, got {pixels.shape} {pixels.dtype}.")
+    if not 0.0 < segment.score <= 1.0:
+        raise BadModelOutput(f"{who}: a mask's score should be in (0, 1], got {segment.score}.")
+    return segment
