@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -20,7 +21,16 @@ from drivers.ports import (
     Ports,
     StaleData,
 )
+from drivers.ros_convert import (
+    camera_info_message,
+    color_message,
+    depth_message,
+    grid_message,
+    transforms_message,
+)
+from drivers.ros_messages import Message, encode
 from logs.journal import ListJournal
+from logs.recorder import McapRecorder
 from logs.trial_compare import compare_decisions
 from logs.trial_records import Record, Transition
 from openbelief import g1
@@ -282,3 +292,31 @@ def stage() -> type[Stage]:
 def make() -> SimpleNamespace:
     """`make.box(...)`, `make.drive(...)`: words for the tests' scripts."""
     return SimpleNamespace(box=box, drive=Drive)
+
+
+@pytest.fixture(scope="session")
+def write_recording() -> Callable[..., Path]:
+    """write_recording(path, stage, seconds): what a robot that stands still would record, at 5 Hz, /tf at 20 Hz."""
+
+    def write(path: Path, stage: Stage, seconds: float) -> Path:
+        clock = SimClock(1_700_000_000_000_000_000)
+        mount = transforms_message(clock.now_ns(), [("base_link", CAMERA_FRAME, g1.T_BASE_CAMERA)])
+        with McapRecorder(path, clock) as recorder:
+
+            def put(topic: str, message: Message) -> None:
+                recorder.write_cdr(topic, message.__msgtype__, clock.now_ns(), encode(message))
+
+            put("/map", grid_message(grid_of(stage.boxes)))
+            put("/tf_static", mount)
+            for tick in range(round(seconds * 20)):
+                now_ns = clock.now_ns()
+                put("/tf", transforms_message(now_ns, [("map", "base_link", stage.robot.matrix())]))
+                if tick % 4 == 0:
+                    frame = stage.ports.camera.latest(1.0)
+                    put("/camera/color/image_raw", color_message(now_ns, CAMERA_FRAME, frame.color))
+                    put("/camera/depth/image_raw", depth_message(now_ns, CAMERA_FRAME, frame.depth_m))
+                    put("/camera/color/camera_info", camera_info_message(now_ns, CAMERA_FRAME, K))
+                clock.sleep(0.05)
+        return path
+
+    return write
