@@ -22,9 +22,13 @@ from drivers.ports import (
     PoseUnavailable,
     StaleData,
 )
+from drivers.ros_clouds import cloud_message
+from drivers.ros_convert import grid_message
 from drivers.topics import COLOR, LIDAR, TF
 from openbelief.pose import Pose2
 from openbelief.traversability import OccupancyGrid
+from sim_fakes.recording_ports import RecordingPorts
+from sim_fakes.sim_clock import SimClock
 
 NEAR, CLOSED_OFF = Pose2(2.0, 1.5, 0.5), Pose2(5.5, 3.5, 0.0)
 
@@ -48,11 +52,28 @@ def ros(name: str, topic: str = "") -> Callable[[pytest.FixtureRequest], Body]:
     return make
 
 
+def replay(name: str) -> Callable[[pytest.FixtureRequest], Body]:
+    """The body that plays a recording by a clock; it falls silent when the recording ends."""
+
+    def make(request: pytest.FixtureRequest) -> Body:
+        walk = request.getfixturevalue("make_walk")(frames=20)
+        start_ns, cloud = walk.stamps[0], np.ones((9, 3), np.float32)
+        grid = OccupancyGrid(np.zeros((20, 30), np.int8), 0.05, (-1.0, -1.0))
+        walk.messages.append(("/map", start_ns, grid_message(grid)))
+        for at in walk.stamps:
+            walk.messages.append(("/livox/lidar", at, cloud_message(LidarCloud(at, cloud, "livox_frame"))))
+        recording = RecordingPorts(walk.write(request.getfixturevalue("tmp_path") / "walk.mcap"))
+        clock = SimClock(recording.start_ns)
+        return Body(getattr(recording, name)(clock), clock, lambda: clock.sleep(10.0))
+
+    return make
+
+
 BODIES: dict[str, dict[str, Callable[[pytest.FixtureRequest], Body]]] = {
-    "camera": {"ros": ros("camera", COLOR.name)},
-    "lidar": {"ros": ros("lidar", LIDAR.name)},
-    "poses": {"ros": ros("poses", TF.name)},
-    "map": {"ros": ros("map")},
+    "camera": {"ros": ros("camera", COLOR.name), "replay": replay("camera")},
+    "lidar": {"ros": ros("lidar", LIDAR.name), "replay": replay("lidar")},
+    "poses": {"ros": ros("poses", TF.name), "replay": replay("pose")},
+    "map": {"ros": ros("map"), "replay": replay("map")},
     "navigator": {"ros": ros("nav")},
 }
 
