@@ -22,7 +22,7 @@ UNKNOWN_ENCODER_THRESHOLD = 0.80
 ROUNDING_COSINE = 1e-6
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Concept:
     """One hypothesis C_ik of what an object is.
 

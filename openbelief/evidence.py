@@ -40,11 +40,14 @@ def freeze(observation: Observation) -> Observation:
 
 def digest(observation: Observation) -> bytes:
     """32 bytes over everything the observation says. The JPEG crop is an illustration and stays outside."""
-    source = observation.provenance
-    said: list[Any] = [*observation.key, observation.phrase, float(observation.confidence).hex(), observation.n]
+    source, recording = observation.provenance, observation.recording
+    frame, mask, confidence = int(observation.frame), int(observation.mask), float(observation.confidence)
+    said: list[Any] = [recording, frame, mask, observation.phrase, confidence.hex(), observation.n]
     if source:
-        said += [source.stamp_ns, list(source.bbox), source.rle["size"], source.rle["counts"]]
+        said += [int(source.stamp_ns), *(int(n) for n in (*source.bbox, *source.rle["size"]))]
     sha = hashlib.sha256(json.dumps(said).encode())
+    if source:
+        sha.update(np.asarray(source.rle["counts"], dtype="<u4").tobytes())
     sha.update(np.asarray(observation.points, dtype="<f4").tobytes())
     sha.update(np.asarray(observation.feature, dtype="<f4").tobytes())
     return sha.digest()

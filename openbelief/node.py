@@ -16,7 +16,7 @@ from openbelief.parameters import Parameters
 from openbelief.phrase import is_background
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ObjectNode:
     """B_i = (P_i, f_i^v, O_i, V_i, p_i, f_i^t, rho_i): one object and all the evidence for it.
 

@@ -234,12 +234,13 @@ def _connect_frozen(path: Path) -> sqlite3.Connection:
 
 def _to_row(o: Observation) -> tuple[Any, ...]:
     source = o.provenance
-    said = (o.recording, o.frame, o.mask, o.phrase, float(o.confidence), _blob(o.points), _blob(o.feature))
+    numbers = (int(o.frame), int(o.mask), o.phrase, float(o.confidence))  # numpy's own would be stored as blobs
+    said = (o.recording, *numbers, _blob(o.points), _blob(o.feature))
     if source is None:
         return (*said, None, None, None, None, None)
     counts = np.asarray(source.rle["counts"], dtype="<u4").tobytes()
     boxes = (json.dumps([int(n) for n in source.bbox]), json.dumps([int(n) for n in source.rle["size"]]))
-    return (*said, source.stamp_ns, *boxes, counts, source.crop_jpeg)
+    return (*said, int(source.stamp_ns), *boxes, counts, source.crop_jpeg)
 
 
 def _from_row(row: tuple[Any, ...]) -> Observation:

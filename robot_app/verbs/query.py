@@ -42,6 +42,7 @@ def run(options: argparse.Namespace) -> None:
         "readout": options.readout,
         "memory": str(options.memory),
         "content_hash": memory.content_hash,
+        "margin": candidates[0].score - candidates[1].score if len(candidates) > 1 else None,
         "candidates": [describe(memory, candidate) for candidate in candidates],
     }
     if not candidates:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import dataclasses
 import random
 import signal
 import sqlite3
@@ -55,6 +56,12 @@ def test_observations_without_provenance_come_back_without(observe, tiny_encoder
     ObjectMemory.build([observe(None)], tiny_encoder).save(tmp_path / "a.belief")
     (observation,) = ObjectMemory.open(tmp_path / "a.belief").observations
     assert observation.provenance is None and observation.phrase is None
+
+
+def test_numpy_s_integers_are_only_integers(flat, tiny_encoder, memory, tmp_path):
+    same = [dataclasses.replace(o, frame=np.int64(o.frame), mask=np.int32(o.mask)) for o in flat]
+    ObjectMemory.build(same, tiny_encoder).save(tmp_path / "a.belief")
+    assert ObjectMemory.open(tmp_path / "a.belief").content_hash == memory.content_hash
 
 
 def test_an_empty_memory_is_saved_and_read(tiny_encoder, tmp_path):
