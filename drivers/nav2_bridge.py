@@ -36,7 +36,7 @@ STILL_MOVING = "The robot may still be moving: use the remote."
 class Nav2Limits:
     """Seconds. Time-outs of queries are wall time, everything else is the clock's."""
 
-    send_s: float = 2.0
+    send_s: float = 1.0  # twice
     plan_s: float = 5.0
     result_poll_s: float = 2.0  # a get_result waits at the server; it is asked again when it ends without an answer
     result_ask_s: float = 0.5  # once the status says that the goal has ended
@@ -121,10 +121,13 @@ class Nav2Bridge:
         self._link.check()
         now_ns = self._clock.now_ns()
         self._goal = track = Goal(self._new_uuid(), now_ns, now_ns, frozenset(self._statuses))
-        track.end = self._send(track, pose_message(goal))
-        if track.end is None:
+        end = self._send(track, pose_message(goal))
+        if track.end is not None and end is None:  # another thread cancelled before the server had heard of the goal
+            end = self._cancel(track, "it was cancelled while it was being sent")
+        track.end = end
+        if end is None:
             self._ask_result(track)
-        return track.end
+        return end
 
     def feedback(self) -> NavigationFeedback | None:
         return self._goal.feedback if self._goal else None

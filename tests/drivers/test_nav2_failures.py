@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import threading
 import time
 from collections import Counter
 
 import pytest
 
 from drivers.nav2_bridge import Nav2Bridge, Nav2Limits
-from drivers.ports import LinkLost, NavigationStatus, PoseUnavailable, StaleData
+from drivers.ports import LinkLost, NavigationResult, NavigationStatus, PoseUnavailable, StaleData
 from drivers.topics import LIDAR, NAVIGATE_TO_POSE, TF, TF_STATIC
 from drivers.zenoh_link import LinkConfig, ZenohLink, open_router
 from openbelief.pose import Pose2
@@ -18,6 +19,7 @@ from sim_fakes.faults import ALWAYS, Nav2Faults, SensorFaults, oversize
 
 GOAL = Pose2(3.5, 3.0, 1.0)
 USE_THE_REMOTE = "use the remote"
+NEVER_SENT = NavigationResult(NavigationStatus.CANCELED, "No goal was under way.")
 
 
 @pytest.fixture
@@ -376,6 +378,18 @@ def test_a_slow_nav2_is_waited_for(rig):
     rig.site.nav2_faults.slow_s = 0.1
     assert rig.nav.send(GOAL) is None
     assert rig.until_end().status == NavigationStatus.SUCCEEDED
+
+
+def test_a_stop_from_another_thread_while_a_goal_is_being_sent_stops_it(rig, eventually):
+    rig.site.nav2_faults.slow_s = 0.2
+    sent = []
+    sender = threading.Thread(target=lambda: sent.append(rig.nav.send(GOAL)))
+    sender.start()
+    eventually(lambda: rig.nav.cancel(because="stop") != NEVER_SENT)
+    sender.join()
+    rig.clock.sleep(0.5)
+    assert not rig.robot.moving
+    assert sent[0] is not None or rig.nav.result() is not None
 
 
 # Bad bytes on the topics

@@ -159,3 +159,25 @@ def test_a_stamp_that_no_transform_will_cover_is_refused_in_time(rig):
 def test_the_colour_topics_type_follows_its_name():
     assert color_topic("/front/image/compressed").type_name == "sensor_msgs/msg/CompressedImage"
     assert color_topic("/front/image").type_name == "sensor_msgs/msg/Image"
+
+
+def test_a_compressed_colour_topic_makes_frames_too(rig):
+    from drivers.ros_convert import jpeg_message
+    from drivers.ros_topics import RosCamera
+    from drivers.topics import COLOR_JPEG
+
+    camera = RosCamera(rig.link, rig.clock, color=COLOR_JPEG)
+    camera.start()
+    now, bridge, red = rig.clock.now_ns(), rig.site.bridge, np.zeros((480, 640, 3), np.uint8)
+    red[..., 0] = 200
+    with pytest.raises(StaleData):
+        camera.latest(1.0)
+    for _ in range(100):  # until the new subscription is known at the other end
+        bridge.publish(COLOR_JPEG, encode(jpeg_message(now, "camera", red)))
+        rig.site.topics.look()
+        try:
+            frame = camera.latest(1.0)
+        except StaleData:
+            continue
+        break
+    assert frame.stamp_ns == now and abs(frame.color.astype(int) - red).max() < 8
