@@ -23,6 +23,7 @@ from openbelief.retrieval import Candidate, best_first, check_readout, score
 from openbelief.target_phrase import target_phrase
 
 if TYPE_CHECKING:
+    from openbelief.association import ExtentAlarm
     from openbelief.perception.ports import TextEncoder
 
 ACQUISITION_PARAMETERS = (
@@ -227,6 +228,12 @@ class ObjectMemory:
         if {n.id for n in nodes} <= set(exclude):
             return f"all {len(nodes)} candidates are excluded"
         return None
+
+    def extent_alarms(self) -> list[ExtentAlarm]:
+        """Objects larger than their views explain (label = object id): reported, never silently split."""
+        from openbelief.association import extent_alarms
+
+        return extent_alarms(self.observations, np.array(self.partition, dtype=np.int64), self.parameters)
 
     def project(self, classes: Sequence[str] | Array, readout: str = "full") -> Array:
         """(objects, classes) float64 class distributions; row i is `objects[i]`.

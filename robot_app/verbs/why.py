@@ -51,6 +51,7 @@ def explain(memory: ObjectMemory, node: ObjectNode) -> dict[str, Any]:
         "centroid": node.centroid.tolist(),
         "aabb": node.aabb.tolist(),
         "room": node.room,
+        "extent_alarm": next((a.because for a in memory.extent_alarms() if a.label == node.id), None),
         "concepts": [
             {"label": c.label, "phrases": list(c.phrases), "support": c.support, "belief": c.belief}
             for c in node.concepts
@@ -97,6 +98,8 @@ def _show(report: dict[str, Any]) -> None:
     show(_observations(report))
     x, y, z = report["centroid"]
     print(f"centre {x:.2f} {y:.2f} {z:.2f} m, weight of the visual branch {report['lambda']:g}")
+    if report["extent_alarm"]:
+        print(f"may be more than one object: {report['extent_alarm']}")
     if report.get("crops"):
         print(f"{len(report['crops'])} crops written, the first is {cell(report['crops'][0])}")
 

@@ -234,6 +234,13 @@ def test_calibrated_fusion_does_not_depend_on_a_channel_s_scale(flat, tiny_encod
     assert [scores[i].score for i in range(4)] == pytest.approx(0.2 * standard[0] + 0.8 * standard[1])
 
 
+def test_an_object_longer_than_its_views_explain_is_reported(observe, tiny_encoder, memory):
+    row = [observe("shelf", at=(0.04 * k, 0, 0), frame=k) for k in range(20)]
+    (alarm,) = ObjectMemory.build(row, tiny_encoder).extent_alarms()
+    assert alarm.label == 0 and alarm.extent_m == pytest.approx(0.94, abs=1e-5) and "median" in alarm.because
+    assert memory.extent_alarms() == []
+
+
 def test_other_parameters_over_the_same_evidence_need_no_encoder(memory, tmp_path):
     memory.save(tmp_path / "a.belief")
     opened = ObjectMemory.open(tmp_path / "a.belief")
