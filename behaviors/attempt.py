@@ -6,8 +6,8 @@ from collections import deque
 from dataclasses import dataclass
 
 from behaviors.reobserve import ReObservation
-from drivers.ports import PathPlan, Ports
-from logs import trial_records as records
+from behaviors.to_records import goal_record
+from drivers.ports import Ports
 from logs.journal import Journal
 from openbelief.goal_pose import GoalPose
 from openbelief.memory import Candidate, ObjectNode
@@ -45,19 +45,9 @@ class Attempt:
             goal = self.goals.popleft()
             self.tried += 1
             plan = ports.navigator.plan(goal.pose)
-            journal.write(self._record(goal, plan))
+            journal.write(goal_record(self.node.id, goal, plan))
             if plan.length_m is not None:
                 self.approach = Approach(goal, plan.length_m)
                 return self.approach
             self.no_path_because = plan.reason or "the planner finds no path"
         return None
-
-    def _record(self, goal: GoalPose, plan: PathPlan) -> records.Goal:
-        return records.Goal(
-            object_id=self.node.id,
-            purpose="approach",
-            pose=records.PlanarPose.of(goal.pose),
-            expected_visibility=float(goal.expected_visibility),
-            path_length_m=plan.length_m,
-            reason=plan.reason,
-        )

@@ -18,9 +18,8 @@ it and costs no attempt.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 
-from behaviors.arrival import CameraMount, arrival_frame, camera_mount, robot_pose
+from behaviors.arrival import arrival_frame, camera_mount, robot_pose
 from behaviors.attempt import Attempt
 from behaviors.drive import RobotMayMove, drive
 from behaviors.events import (
@@ -36,8 +35,16 @@ from behaviors.events import (
 )
 from behaviors.machine import MissionMachine
 from behaviors.policy import MissionPolicy
+from behaviors.query import Query
 from behaviors.recorded_ports import recorded
-from behaviors.to_records import checks_record, ranking_record
+from behaviors.to_records import (
+    checks_record,
+    chosen_record,
+    ended_record,
+    look_record,
+    no_goal_record,
+    ranking_record,
+)
 from drivers.ports import PortError, Ports
 from logs import trial_records as records
 from logs.journal import Journal
@@ -51,35 +58,6 @@ from openbelief.verification import Verdict, verify
 
 RANKED = 10  # candidates whose scores are written down
 SET_ASIDE_MAX = 3
-
-
-@dataclass
-class Query:
-    """What one query has come to: q never changes, R and U only grow."""
-
-    sentence: str
-    mount: CameraMount | None = None
-    rejected: list[int] = field(default_factory=list)  # R_q
-    set_aside: list[int] = field(default_factory=list)  # U
-    confirmed: int | None = None
-    arrivals: int = 0
-    attempt: Attempt | None = None
-
-    @property
-    def target(self) -> str:
-        return target_phrase(self.sentence).text
-
-    @property
-    def visits(self) -> int:
-        """Candidates whose verification came to an end."""
-        return len(self.rejected) + (self.confirmed is not None)
-
-    @property
-    def current(self) -> Attempt:
-        """The candidate being tried; the states that need one come after retrieve."""
-        if self.attempt is None:
-            raise RuntimeError("No candidate was retrieved yet.")
-        return self.attempt
 
 
 class Mission:
@@ -132,27 +110,16 @@ class Mission:
         excluded = frozenset(query.rejected + query.set_aside)
         ranking = self._memory.rank(query.sentence, self._policy.readout, excluded, RANKED)
         self._journal.write(
-            ranking_record(
-                ranking,
-                self._memory,
-                target=query.target,
-                readout=self._policy.readout,
-                rejected=query.rejected,
-                set_aside=query.set_aside,
-            )
+            ranking_record(ranking, self._memory, query.target, self._policy.readout, query.rejected, query.set_aside)
         )
         if not ranking:
             return self._nothing_left(query, self._memory.nothing_because(query.sentence, excluded))
         node = self._memory.objects[ranking[0].object_id]
         found = self._goal_search(node.points, query)
         attempt = query.attempt = Attempt(ranking[0], node, list(found.poses))
-        self._journal.write(
-            records.Chosen(
-                attempt=query.visits + 1, object_id=node.id, label=attempt.label, score=float(ranking[0].score)
-            )
-        )
+        self._journal.write(chosen_record(query.visits + 1, attempt.label, ranking[0]))
         if not found.poses:
-            self._journal.write(_no_goal(node.id, found.reason))
+            self._journal.write(no_goal_record(node.id, found.reason))
             return Step(Event.UNSEEN, found.reason)
         approach = attempt.next_approach(self._ports, self._journal)
         if approach is None:
@@ -207,16 +174,7 @@ class Mission:
         look = attempt.looks.next_look(robot_pose(self._ports, self._policy), attempt.goals)
         if look is None:
             return Step(Event.REJECTED, last.because)
-        self._journal.write(
-            records.Goal(
-                object_id=attempt.node.id,
-                purpose="re-observe",
-                pose=records.PlanarPose.of(look.pose),
-                expected_visibility=look.expected_visibility,
-                path_length_m=None,
-                reason=look.reason,
-            )
-        )
+        self._journal.write(look_record(attempt.node.id, look))
         step = drive(look.pose, self._ports, self._policy)
         return Step(Event.LOOKED_AGAIN, look.reason) if step.event is Event.ARRIVED else step
 
@@ -281,16 +239,7 @@ class Mission:
         outcome = Outcome(
             end, step.because, query.visits, query.confirmed, tuple(query.rejected), tuple(query.set_aside)
         )
-        self._journal.write(
-            records.Ended(
-                end=end,
-                reason=outcome.reason,
-                visits=outcome.visits,
-                object_id=outcome.object_id,
-                rejected=outcome.rejected,
-                set_aside=outcome.set_aside,
-            )
-        )
+        self._journal.write(ended_record(outcome))
         self._ports.operator.tell(f"{end.replace('_', ' ')}: {outcome.reason}")
         return outcome
 
@@ -307,12 +256,6 @@ def _question(attempt: Attempt) -> str:
     length = f", {attempt.approach.length_m:.1f} m away" if attempt.approach else ""
     room = f" in the {attempt.node.room}" if attempt.node.room else ""
     return f"May I walk to the {attempt.label}{room}{length}, and look at it?"
-
-
-def _no_goal(object_id: int, reason: str) -> records.Goal:
-    return records.Goal(
-        object_id=object_id, purpose="approach", pose=None, expected_visibility=None, path_length_m=None, reason=reason
-    )
 
 
 def _fault_sentence(error: Exception) -> str:

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from behaviors.events import Outcome
+from behaviors.reobserve import Look
+from drivers.ports import PathPlan
 from logs import trial_records as records
+from openbelief.goal_pose import GoalPose
 from openbelief.memory import Candidate, ObjectMemory
 from openbelief.verification import ArrivalChecks
 
@@ -22,7 +26,6 @@ def scored(candidate: Candidate, memory: ObjectMemory) -> records.Scored:
 def ranking_record(
     candidates: Sequence[Candidate],
     memory: ObjectMemory,
-    *,
     target: str,
     readout: str,
     rejected: Sequence[int],
@@ -34,6 +37,43 @@ def ranking_record(
         rejected=tuple(rejected),
         set_aside=tuple(set_aside),
         candidates=tuple(scored(candidate, memory) for candidate in candidates),
+    )
+
+
+def chosen_record(attempt: int, label: str, candidate: Candidate) -> records.Chosen:
+    return records.Chosen(attempt=attempt, object_id=candidate.object_id, label=label, score=float(candidate.score))
+
+
+def goal_record(object_id: int, goal: GoalPose, plan: PathPlan) -> records.Goal:
+    return records.Goal(
+        object_id=object_id,
+        purpose="approach",
+        pose=records.PlanarPose.of(goal.pose),
+        expected_visibility=float(goal.expected_visibility),
+        path_length_m=plan.length_m,
+        reason=plan.reason,
+    )
+
+
+def no_goal_record(object_id: int, reason: str) -> records.Goal:
+    return records.Goal(
+        object_id=object_id,
+        purpose="approach",
+        pose=None,
+        expected_visibility=None,
+        path_length_m=None,
+        reason=reason,
+    )
+
+
+def look_record(object_id: int, look: Look) -> records.Goal:
+    return records.Goal(
+        object_id=object_id,
+        purpose="re-observe",
+        pose=records.PlanarPose.of(look.pose),
+        expected_visibility=look.expected_visibility,
+        path_length_m=None,
+        reason=look.reason,
     )
 
 
@@ -54,4 +94,15 @@ def checks_record(object_id: int, frame_stamp_ns: int, checks: ArrivalChecks) ->
         mask_index=checks.best_mask,
         verdict=checks.verdict,
         reason=checks.reason,
+    )
+
+
+def ended_record(outcome: Outcome) -> records.Ended:
+    return records.Ended(
+        end=outcome.end,
+        reason=outcome.reason,
+        visits=outcome.visits,
+        object_id=outcome.object_id,
+        rejected=outcome.rejected,
+        set_aside=outcome.set_aside,
     )
