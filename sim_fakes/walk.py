@@ -15,7 +15,7 @@ STUCK_S = 120.0
 
 
 def keyframes(
-    robot: SimRobot, clock: SimClock, waypoints: Iterable[Pose2], *, spacing_m: float = 0.7, turn_deg: float = 24.0
+    robot: SimRobot, clock: SimClock, waypoints: Iterable[Pose2], *, spacing_m: float = 0.6, turn_deg: float = 24.0
 ) -> Iterator[Pose2]:
     """Walk straight from waypoint to waypoint, turning there to each one's yaw; yields at the start and then wherever
     the robot has gone `spacing_m` or turned `turn_deg` since. Raises RuntimeError where it is blocked."""
