@@ -13,11 +13,12 @@ import numpy as np
 
 from openbelief.arrays import Array
 from openbelief.belief import Concept, synonym_threshold
-from openbelief.evidence import FrameRecord, canonical_order, content_hash, freeze, read_only
+from openbelief.embedding import embed_phrases, unit_rows
+from openbelief.evidence import FrameRecord, canonical_order, content_hash, freeze
 from openbelief.node import ObjectNode, make_node
 from openbelief.observation import Observation
 from openbelief.parameters import Parameters
-from openbelief.phrase import comparable, is_background
+from openbelief.phrase import is_background
 from openbelief.projection import check_projection, project_language, project_node
 from openbelief.retrieval import Candidate, best_first, check_readout, score
 from openbelief.target_phrase import target_phrase
@@ -86,7 +87,7 @@ class ObjectMemory:
             evidence,
             digests,
             associate(evidence, parameters).tolist(),
-            _embed_phrases(evidence, text_encoder),
+            embed_phrases(evidence, text_encoder),
             parameters=parameters,
             text_encoder_id=text_encoder.id,
             text_dim=int(text_encoder.dim),
@@ -250,11 +251,11 @@ class ObjectMemory:
     def _ask(self, query: str | Array) -> tuple[Array, list[ObjectNode]]:
         """(d,) float64 unit query and the nodes that it ranks."""
         if not isinstance(query, str):
-            return _unit_rows(np.asarray(query, dtype=np.float64)[None], self.text_dim, "The query vector")[0], list(
+            return unit_rows(np.asarray(query, dtype=np.float64)[None], self.text_dim, "The query vector")[0], list(
                 self.objects
             )
         text = target_phrase(query).text
-        vector = _unit_rows(self._encoder().encode([text]), self.text_dim, "The encoder's row")[0]
+        vector = unit_rows(self._encoder().encode([text]), self.text_dim, "The encoder's row")[0]
         return vector, [n for n in self.objects if is_background(text) or not n.background]
 
     def _class_table(self, classes: Sequence[str] | Array) -> Array:
@@ -262,7 +263,7 @@ class ObjectMemory:
         if len(classes) == 0:
             raise ValueError("Classes should be at least one name or embedding.")
         names = all(isinstance(c, str) for c in classes)
-        return _unit_rows(
+        return unit_rows(
             self._encoder().encode(list(classes)) if names else classes, self.text_dim, "A class embedding"
         )
 
@@ -273,28 +274,6 @@ class ObjectMemory:
                 "or ask with a vector."
             )
         return self.text_encoder
-
-
-def _embed_phrases(evidence: Sequence[Observation], encoder: TextEncoder) -> dict[str, Array]:
-    """Every comparable phrase with its embedding, (d,) float32 unit length."""
-    phrases = sorted({phrase for o in evidence if (phrase := comparable(o.phrase))})
-    if not phrases:
-        return {}
-    rows = _unit_rows(encoder.encode(phrases), encoder.dim, f"The row of encoder {encoder.id!r}")
-    if len(rows) != len(phrases):
-        raise ValueError(f"Encoder {encoder.id!r} gave {len(rows)} rows for {len(phrases)} phrases.")
-    return {phrase: read_only(row.astype(np.float32)) for phrase, row in zip(phrases, rows, strict=True)}
-
-
-def _unit_rows(rows: Array | Sequence[Any], dim: int, what: str) -> Array:
-    """(n, dim) float64 unit rows; raises ValueError on other shapes, non-finite numbers and zero rows."""
-    array = np.asarray(rows, dtype=np.float64)
-    if array.ndim != 2 or array.shape[1] != dim:
-        raise ValueError(f"{what} should have {dim} numbers, got shape {array.shape}.")
-    norms = np.linalg.norm(array, axis=1, keepdims=True)
-    if not np.isfinite(norms).all() or (norms == 0).any():
-        raise ValueError(f"{what} should be finite and not zero.")
-    return array / norms
 
 
 def _check_features(evidence: Sequence[Observation], dim: int | None) -> None:

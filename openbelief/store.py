@@ -6,7 +6,6 @@ embeddings, seals the content and returns to journal_mode=DELETE, so that the on
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import sqlite3
@@ -17,29 +16,17 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from openbelief.arrays import Array
 from openbelief.evidence import FrameRecord, canonical_order
-from openbelief.observation import Observation, Provenance, Rle
+from openbelief.observation import Observation
 from openbelief.parameters import Parameters
+from openbelief.store_rows import COLUMNS, SCHEMA, blob, floats, from_row, seal, to_row
 
 if TYPE_CHECKING:
     from openbelief.memory import ObjectMemory
 
 APPLICATION_ID = 0x4F42454C  # "OBEL", in the SQLite header
 FORMAT = 1  # user_version; raised when an older reader would misread
-SCHEMA = """
-CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL);
-CREATE TABLE frames (recording TEXT NOT NULL, stamp_ns INTEGER NOT NULL, skipped TEXT,
-    PRIMARY KEY (recording, stamp_ns));
-CREATE TABLE observations (
-    id INTEGER PRIMARY KEY, recording TEXT NOT NULL, frame INTEGER NOT NULL, mask INTEGER NOT NULL,
-    phrase TEXT, confidence REAL NOT NULL, points BLOB NOT NULL, feature BLOB NOT NULL,
-    stamp_ns INTEGER, bbox TEXT, rle_size TEXT, rle_counts BLOB, crop_jpeg BLOB, object INTEGER);
-CREATE TABLE phrases (phrase TEXT PRIMARY KEY, embedding BLOB NOT NULL);
-"""
-COLUMNS = "recording, frame, mask, phrase, confidence, points, feature, stamp_ns, bbox, rle_size, rle_counts, crop_jpeg"
 
 
 class BeliefFileError(ValueError):
@@ -122,7 +109,7 @@ class BeliefStore:
         self, recording: str, stamp_ns: int, observations: Iterable[Observation], skipped: str | None = None
     ) -> None:
         """One frame, all of it or nothing. ValueError: a frame done already, or another recording's evidence."""
-        rows = [_to_row(o) for o in observations]
+        rows = [to_row(o) for o in observations]
         if strangers := {row[0] for row in rows} - {recording}:
             raise ValueError(f"Observations of recording {strangers.pop()!r} given as a frame of {recording!r}.")
         if stamp_ns in self.frames_done(recording):
@@ -134,7 +121,7 @@ class BeliefStore:
 
     def observations(self) -> list[Observation]:
         """All evidence so far, in the order it was added."""
-        return [_from_row(row) for row in self._db.execute(f"SELECT {COLUMNS} FROM observations ORDER BY id")]
+        return [from_row(row) for row in self._db.execute(f"SELECT {COLUMNS} FROM observations ORDER BY id")]
 
     def finish(self, memory: ObjectMemory) -> None:
         """Write what `memory` made of this evidence, seal and close. Raises ValueError if it is of other evidence."""
@@ -143,14 +130,14 @@ class BeliefStore:
             raise ValueError(f"The memory was not built from the evidence and the text encoder of {self.path}.")
         row_ids = [row_id for (row_id,) in self._db.execute("SELECT id FROM observations ORDER BY id")]
         objects = [(int(o), row_ids[i]) for i, o in zip(order, memory.partition, strict=True)]
-        phrases = [(phrase, _blob(row)) for phrase, row in sorted(memory.embeddings.items())]
+        phrases = [(phrase, blob(row)) for phrase, row in sorted(memory.embeddings.items())]
         with self._transaction():
             self._db.executemany("UPDATE observations SET object = ? WHERE id = ?", objects)
             self._db.execute("DELETE FROM phrases")
             self._db.executemany("INSERT INTO phrases VALUES (?, ?)", phrases)
             self._set_meta("parameters", memory.parameters.to_dict())
             self._set_meta("content_hash", memory.content_hash)
-            self._set_meta("seal", _seal(self._db))
+            self._set_meta("seal", seal(self._db))
         self._db.execute("PRAGMA journal_mode=DELETE")  # a WAL file copied without its companion is broken
         self.close()
 
@@ -192,7 +179,7 @@ def read(path: str | os.PathLike[str]) -> Stored:
         meta = _read_meta(db)
         if "seal" not in meta:
             raise BeliefFileError(_unfinished(target))
-        if meta["seal"] != _seal(db):
+        if meta["seal"] != seal(db):
             raise BeliefFileError(damaged(target, "its content does not match its seal"))
         return _read_all(db, meta)
 
@@ -215,7 +202,7 @@ def write(path: str | os.PathLike[str], memory: ObjectMemory) -> None:
             with store._transaction():
                 frames = [(f.recording, f.stamp_ns, f.skipped) for f in memory.frames]
                 store._db.executemany("INSERT INTO frames VALUES (?, ?, ?)", frames)
-                store._insert([_to_row(o) for o in memory.observations])
+                store._insert([to_row(o) for o in memory.observations])
             store.finish(memory)
         partial.replace(target)
     finally:
@@ -232,40 +219,12 @@ def _connect_frozen(path: Path) -> sqlite3.Connection:
     return sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro&immutable=1", uri=True)
 
 
-def _to_row(o: Observation) -> tuple[Any, ...]:
-    source = o.provenance
-    numbers = (int(o.frame), int(o.mask), o.phrase, float(o.confidence))  # numpy's own would be stored as blobs
-    said = (o.recording, *numbers, _blob(o.points), _blob(o.feature))
-    if source is None:
-        return (*said, None, None, None, None, None)
-    counts = np.asarray(source.rle["counts"], dtype="<u4").tobytes()
-    boxes = (json.dumps([int(n) for n in source.bbox]), json.dumps([int(n) for n in source.rle["size"]]))
-    return (*said, int(source.stamp_ns), *boxes, counts, source.crop_jpeg)
-
-
-def _from_row(row: tuple[Any, ...]) -> Observation:
-    recording, frame, mask, phrase, confidence, points, feature, stamp_ns, bbox, size, counts, crop = row
-    source = None
-    if stamp_ns is not None:
-        rle: Rle = {"size": json.loads(size), "counts": np.frombuffer(counts, dtype="<u4").tolist()}
-        source = Provenance(recording, stamp_ns, tuple(json.loads(bbox)), rle, crop)
-    return Observation(frame, mask, phrase, confidence, _floats(points).reshape(-1, 3), _floats(feature), source)
-
-
-def _blob(array: Array) -> bytes:
-    return np.ascontiguousarray(array, dtype="<f4").tobytes()
-
-
-def _floats(blob: bytes) -> Array:
-    return np.frombuffer(blob, dtype="<f4")
-
-
 def _read_all(db: sqlite3.Connection, meta: dict[str, Any]) -> Stored:
     rows = db.execute(f"SELECT {COLUMNS}, object FROM observations ORDER BY id").fetchall()
-    observations = [_from_row(row[:-1]) for row in rows]
+    observations = [from_row(row[:-1]) for row in rows]
     order, digests = canonical_order(observations)
     partition = [rows[i][-1] for i in order]
-    embeddings = {phrase: _floats(row) for phrase, row in db.execute("SELECT phrase, embedding FROM phrases")}
+    embeddings = {phrase: floats(row) for phrase, row in db.execute("SELECT phrase, embedding FROM phrases")}
     return Stored([observations[i] for i in order], digests, partition, embeddings, _read_frames(db), meta)
 
 
@@ -276,22 +235,6 @@ def _read_frames(db: sqlite3.Connection) -> tuple[FrameRecord, ...]:
 
 def _read_meta(db: sqlite3.Connection) -> dict[str, Any]:
     return {key: json.loads(value) for key, value in db.execute("SELECT key, value FROM meta")}
-
-
-def _seal(db: sqlite3.Connection) -> str:
-    """Hex sha256 over every row of every table but the seal itself, so that a flipped bit is noticed."""
-    sha = hashlib.sha256()
-    for query in (
-        "SELECT * FROM meta WHERE key != 'seal' ORDER BY key",
-        "SELECT * FROM frames ORDER BY recording, stamp_ns",
-        "SELECT * FROM observations ORDER BY id",
-        "SELECT * FROM phrases ORDER BY phrase",
-    ):
-        for row in db.execute(query):
-            for value in row:
-                data = value if isinstance(value, bytes) else repr(value).encode()
-                sha.update(f"{type(value).__name__} {len(data)} ".encode() + data)
-    return sha.hexdigest()
 
 
 def _refuse_foreign(path: Path) -> None:
