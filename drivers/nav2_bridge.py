@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from drivers import ros_action as action
 from drivers.bridge_keys import BridgeKeys
-from drivers.nav2_result import error_words, failure_of, navigation_result
+from drivers.nav2_goal import Goal
+from drivers.nav2_result import REJECTED, navigation_result, path_plan, result_from_status
 from drivers.nav2_signs import Nav2Signs
 from drivers.ports import (
     Clock,
@@ -21,13 +21,12 @@ from drivers.ports import (
     PortError,
     PoseSource,
 )
-from drivers.ros_action import ActionClient, Answer
-from drivers.ros_convert import path_of, pose_message, pose_of
+from drivers.ros_action import ActionClient
+from drivers.ros_convert import pose_message
 from drivers.ros_messages import Message, codec
 from drivers.topics import COMPUTE_PATH_TO_POSE, NAVIGATE_TO_POSE
 from drivers.zenoh_link import ZenohLink
 from openbelief.pose import Pose2
-from openbelief.traversability import path_length
 
 STILL_MOVING = "The robot may still be moving: use the remote."
 
@@ -44,24 +43,6 @@ class Nav2Limits:
     silence_s: float = 5.0  # no feedback and no status: lost. A reconnection takes up to 4 s
     goal_s: float = 600.0  # no goal takes longer
     pose_age_s: float = 0.5
-
-
-@dataclass
-class Goal:
-    """One goal and all that was heard of it."""
-
-    uuid: bytes
-    sent_ns: int
-    heard_ns: int
-    before: frozenset[bytes]  # goals that the server knew before ours
-    status: int = action.UNKNOWN
-    replaced: bool = False
-    asked: int = 0  # how often a result was asked for after the status said that it had ended
-    waiting: bool = False  # a get_result is under way
-    answer: Answer | None = None
-    feedback: NavigationFeedback | None = None
-    end: NavigationResult | None = None
-    lock: threading.Lock = field(default_factory=threading.Lock)
 
 
 class Nav2Bridge:
@@ -103,7 +84,7 @@ class Nav2Bridge:
         return next((sign.sentence for sign in self.signs.read() if not sign.ok), None)
 
     def plan(self, goal: Pose2) -> PathPlan:
-        """Raises LinkLost where the planner does not answer: that is no statement on the path."""
+        """Raises LinkLost or PortError where the planner makes no statement on the path."""
         uuid = self._new_uuid()
         taken = self._planner.send_goal(uuid, self._limits.send_s, goal=pose_message(goal))
         if taken.message is None:
@@ -113,7 +94,7 @@ class Nav2Bridge:
         answer = self._planner.get_result(uuid, self._limits.plan_s)
         if answer.message is None:
             raise LinkLost(f"Nav2's planner took the question and gave no path: {answer.why}.")
-        return _path_plan(answer.message)
+        return path_plan(answer.message)
 
     def send(self, goal: Pose2) -> NavigationResult | None:
         if self._goal is not None and self._goal.end is None:
@@ -154,7 +135,7 @@ class Nav2Bridge:
         """The first answer counts; without one the same uuid is sent again, which cannot run twice."""
         first = self._navigate.send_goal(track.uuid, self._limits.send_s, pose=pose)
         if first.message is not None:
-            return None if first.message.accepted else _rejected()
+            return None if first.message.accepted else REJECTED
         second = self._navigate.send_goal(track.uuid, self._limits.send_s, pose=pose)
         if second.message is None:
             return self._lose(track, f"Nav2 did not say whether it took the goal: {second.why}.")
@@ -166,28 +147,19 @@ class Nav2Bridge:
             return None
         answer = self._navigate.get_result(track.uuid, self._limits.result_ask_s)
         if answer.message is not None and answer.message.status == action.UNKNOWN:
-            return _rejected()
+            return REJECTED
         return None  # it waits for the goal's end, or has ended: result() goes on from here
 
     # Ending
 
     def _ask_result(self, track: Goal) -> None:
         """One get_result waits at the server while the goal runs."""
-        with track.lock:
-            if track.waiting:
-                return
-            track.waiting = True
-
-        def keep(answer: Answer) -> None:
-            with track.lock:
+        if track.take_question():
+            try:
+                self._navigate.get_result_later(track.uuid, self._limits.result_poll_s, track.keep)
+            except LinkLost:
                 track.waiting = False
-                track.answer = answer if answer.message is not None else track.answer
-
-        try:
-            self._navigate.get_result_later(track.uuid, self._limits.result_poll_s, keep)
-        except LinkLost:
-            track.waiting = False
-            raise
+                raise
 
     def _ended(self, track: Goal) -> NavigationResult | None:
         answer = track.answer
@@ -197,7 +169,7 @@ class Nav2Bridge:
         if answer is not None and answer.message is not None:
             return self._judge(track, answer.message)
         if track.asked >= 3:
-            return _from_status(track)
+            return result_from_status(track.status, replaced=track.replaced)
         if track.status not in action.TERMINAL:
             self._ask_result(track)
         return None
@@ -206,7 +178,7 @@ class Nav2Bridge:
         if response.status in action.TERMINAL:
             return navigation_result(response.status, response.result, replaced=track.replaced)
         if track.status in action.TERMINAL:
-            return _from_status(track)
+            return result_from_status(track.status, replaced=track.replaced)
         if response.status == action.UNKNOWN:
             return self._lose(track, "Nav2 does not know the goal any more: it was restarted, or the result expired.")
         track.answer = None  # "still running" is no result
@@ -250,7 +222,7 @@ class Nav2Bridge:
         if answer.message is not None and answer.message.status in action.TERMINAL:
             return navigation_result(answer.message.status, answer.message.result, replaced=track.replaced)
         if track.status in action.TERMINAL:
-            return _from_status(track)
+            return result_from_status(track.status, replaced=track.replaced)
         return NavigationResult(NavigationStatus.LOST, "The goal had ended before it was cancelled; how is not known.")
 
     def _cancel_all(self, because: str, code: int | None) -> NavigationResult:
@@ -270,45 +242,10 @@ class Nav2Bridge:
 
     def _on_feedback(self, message: Message) -> None:
         track = self._goal
-        if track is None or bytes(message.goal_id.uuid) != track.uuid:
-            return
-        now_ns, heard = self._clock.now_ns(), message.feedback
-        track.feedback = NavigationFeedback(
-            stamp_ns=now_ns,
-            pose=pose_of(heard.current_pose),
-            distance_remaining_m=float(heard.distance_remaining),
-            navigation_time_s=heard.navigation_time.sec + heard.navigation_time.nanosec / 1e9,
-            recoveries=int(heard.number_of_recoveries),
-        )
-        track.heard_ns = now_ns
+        if track is not None and bytes(message.goal_id.uuid) == track.uuid:
+            track.hear_feedback(message.feedback, self._clock.now_ns())
 
     def _on_status(self, statuses: dict[bytes, int]) -> None:
         self._statuses = statuses
-        track = self._goal
-        if track is None:
-            return
-        if track.uuid in statuses:
-            track.status, track.heard_ns = statuses[track.uuid], self._clock.now_ns()
-        others = statuses.keys() - track.before - {track.uuid}
-        track.replaced = track.replaced or any(statuses[uuid] in action.ACTIVE for uuid in others)
-
-
-def _path_plan(response: Message) -> PathPlan:
-    if response.status != action.SUCCEEDED:
-        return PathPlan(None, f"No way was found: {error_words(*failure_of(response.result))}.")
-    points = path_of(response.result.path)
-    if len(points) == 0:
-        return PathPlan(None, "No way was found: Nav2's planner returned an empty path.")
-    return PathPlan(path_length(points))
-
-
-def _rejected() -> NavigationResult:
-    return NavigationResult(NavigationStatus.REJECTED, "Nav2 rejected the goal: is bt_navigator active?")
-
-
-def _from_status(track: Goal) -> NavigationResult:
-    """The result itself is lost; the status says enough."""
-    end = {action.SUCCEEDED: NavigationStatus.SUCCEEDED, action.CANCELED: NavigationStatus.CANCELED}.get(
-        track.status, NavigationStatus.PREEMPTED if track.replaced else NavigationStatus.ABORTED
-    )
-    return NavigationResult(end, f"Nav2's status says {end}; its result message was lost.")
+        if self._goal is not None:
+            self._goal.hear_status(statuses, self._clock.now_ns())

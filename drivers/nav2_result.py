@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from drivers.ports import NavigationResult, NavigationStatus
+from drivers.ports import NavigationResult, NavigationStatus, PathPlan, PortError
 from drivers.ros_action import ABORTED, CANCELED, SUCCEEDED
-from drivers.ros_messages import Message
+from drivers.ros_convert import path_of
+from drivers.ros_messages import Message, WireError
+from openbelief.traversability import path_length
 
+REJECTED = NavigationResult(NavigationStatus.REJECTED, "Nav2 rejected the goal: is bt_navigator active?")
 ERROR_WORDS = {
     1: "the goal was rejected inside Nav2",
     2: "the goal could not be sent on inside Nav2",
@@ -37,7 +40,7 @@ def error_words(code: int, message: str) -> str:
     """A clause for Nav2's error_code and error_msg; code 0 gives no reason at all."""
     known = ERROR_WORDS.get(code, f"error {code}")
     if code == 0:
-        known = "without giving a reason (as it does for a goal pose that it cannot use)"
+        known = "it gave no reason (a pose that it cannot use ends so)"
     return f"{known} ({message})" if message else known
 
 
@@ -61,3 +64,28 @@ def navigation_result(status: int, result: Message, *, replaced: bool) -> Naviga
             NavigationStatus.PREEMPTED, "Another goal replaced ours: somebody else drives the robot."
         )
     return NavigationResult(NavigationStatus.ABORTED, f"Nav2 gave up: {error_words(code, message)}.", code)
+
+
+def result_from_status(status: int, *, replaced: bool) -> NavigationResult:
+    """The end of a goal where its result message is lost: the status says enough."""
+    ends = {SUCCEEDED: NavigationStatus.SUCCEEDED, CANCELED: NavigationStatus.CANCELED}
+    end = ends.get(status, NavigationStatus.PREEMPTED if replaced else NavigationStatus.ABORTED)
+    return NavigationResult(end, f"Nav2's status says {end}; its result message was lost.")
+
+
+def path_plan(response: Message) -> PathPlan:
+    """PathPlan of a ComputePathToPose_GetResult_Response.
+
+    Raises PortError where it makes no statement on the path: cancelled, forgotten, or a path of another frame.
+    """
+    if response.status == ABORTED:
+        return PathPlan(None, f"No way was found: {error_words(*failure_of(response.result))}.")
+    if response.status != SUCCEEDED:
+        raise PortError(f"Nav2's planner did not finish (goal status {response.status}): ask again.")
+    try:
+        points = path_of(response.result.path)
+    except WireError as error:
+        raise PortError(f"The path of Nav2's planner cannot be used: {error}") from error
+    if len(points) == 0:
+        return PathPlan(None, "No way was found: Nav2's planner returned an empty path.")
+    return PathPlan(path_length(points))
