@@ -8,6 +8,7 @@ from typing import Any
 import cv2
 import numpy as np
 
+from drivers.image_size import declared_size
 from openbelief.arrays import Array
 from openbelief.observation import Intrinsics
 
@@ -115,7 +116,15 @@ def _compressed_depth(data: bytes, description: str) -> Array:
 
 def _decompress(data: Any, flags: int, description: str) -> Array:
     encoded = np.frombuffer(data, np.uint8)
-    image = cv2.imdecode(encoded, flags) if encoded.size else None
+    image = None
+    try:
+        width, height = declared_size(encoded.tobytes())
+        if width * height <= MAX_PIXELS:  # a small file may declare an image of gigabytes
+            image = cv2.imdecode(encoded, flags)
+    except (ValueError, cv2.error) as error:
+        raise ImageRefused(
+            "image is malformed", f"{encoded.size} bytes of {description!r} do not decode: {error}."
+        ) from error
     if image is None:
         raise ImageRefused("image is malformed", f"{encoded.size} bytes of {description!r} do not decode.")
     return image
