@@ -22,6 +22,7 @@ from drivers.ros_convert import (
     transforms_message,
     transforms_of,
 )
+from drivers.ros_images import color_image, depth_image, intrinsics
 from drivers.ros_messages import WireError, decode, encode
 from drivers.transform_tree import TransformTree
 from openbelief.observation import Intrinsics
@@ -175,3 +176,33 @@ def test_a_path_survives_the_wire_empty_or_not():
     points = np.array([[0.0, 1.0], [2.0, 3.0]])
     assert (path_of(wire(path_message(points, 3))) == points).all()
     assert path_of(wire(path_message(np.zeros((0, 2)), 3))).shape == (0, 2)
+
+
+def _refuses_or_converts(payload, type_name, convert):
+    try:
+        convert(decode(payload, type_name))
+    except ValueError as error:  # WireError and ImageRefused
+        assert str(error)
+
+
+@pytest.mark.parametrize(
+    ("message", "convert"),
+    [
+        (cloud_message(LidarCloud(9, np.ones((4, 3), np.float32), "livox_frame")), cloud_of),
+        (grid_message(OccupancyGrid(np.zeros((4, 5), np.int8), 0.05, (0.0, 0.0))), grid_of),
+        (pose_message(Pose2(1.0, 2.0, 0.5)), pose_of),
+        (path_message(np.ones((3, 2)), 0), path_of),
+        (transforms_message(5, [("map", "odom", np.eye(4))]), transforms_of),
+        (color_message(5, CAMERA, np.zeros((3, 4, 3), np.uint8)), color_image),
+        (depth_message(5, CAMERA, np.ones((3, 4))), depth_image),
+        (camera_info_message(5, CAMERA, INTRINSICS), intrinsics),
+    ],
+    ids=lambda value: getattr(value, "__msgtype__", ""),
+)
+def test_flipped_bits_are_refused_or_converted_never_anything_else(message, convert):
+    payload, rng = encode(message), np.random.default_rng(11)
+    for _ in range(400):
+        flipped = bytearray(payload)
+        for position in rng.integers(4, len(payload), 2):
+            flipped[position] ^= 1 << int(rng.integers(0, 8))
+        _refuses_or_converts(bytes(flipped), message.__msgtype__, convert)
