@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Callable
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -124,3 +126,59 @@ def make_walk() -> Callable[..., Walk]:
         return walk
 
     return make
+
+
+class VlmServer:
+    """A stand-in model server in a process of its own (sim_fakes.vlm_server); it can be killed and started again."""
+
+    def __init__(self, folder: Path, port: int = 0, answers: dict[str, str] | None = None, **options: object) -> None:
+        self.log = folder / "requests.jsonl"
+        self._arguments = ["--log", str(self.log)]
+        if answers is not None:
+            (folder / "answers.json").write_text(json.dumps(answers))
+            self._arguments += ["--answers", str(folder / "answers.json")]
+        for name, value in options.items():
+            self._arguments += [f"--{name.replace('_', '-')}", str(value)]
+        self.start(port)
+
+    def start(self, port: int = 0, *more: str) -> None:
+        command = [sys.executable, "-m", "sim_fakes.vlm_server", *self._arguments, "--port", str(port), *more]
+        self._process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        assert self._process.stdout is not None
+        self.endpoint = self._process.stdout.readline().strip()
+        self.port = int(self.endpoint.rsplit(":", 1)[1].split("/")[0])
+
+    def kill(self) -> None:
+        self._process.kill()
+        self._process.communicate()
+
+    def restart(self) -> None:
+        """On the same port, with nothing to misbehave left."""
+        self.start(self.port, "--behave", "")
+
+    @property
+    def asked(self) -> list[dict]:
+        """What it was asked, in order."""
+        return [line for line in self._lines() if "behaviour" in line]
+
+    @property
+    def answered(self) -> list[str]:
+        """The pictures whose answer was sent to its end."""
+        return [line["picture"] for line in self._lines() if "answered" in line]
+
+    def _lines(self) -> list[dict]:
+        return [json.loads(line) for line in self.log.read_text().splitlines()] if self.log.exists() else []
+
+
+@pytest.fixture
+def start_vlm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[..., VlmServer]]:
+    """start_vlm(answers={sha256: reply}, behave="status:500|ok", key=..., model=..., delay_s=...)."""
+    servers: list[VlmServer] = []
+
+    def start(**options: object) -> VlmServer:
+        servers.append(VlmServer(tmp_path_factory.mktemp("vlm"), **options))  # type: ignore[arg-type]
+        return servers[-1]
+
+    yield start
+    for server in servers:
+        server.kill()

@@ -10,10 +10,10 @@ import numpy as np
 
 from openbelief.observation import Mask, RgbdFrame
 from openbelief.perception.mask_nms import suppress
-from openbelief.perception.ports import Perception, PhraseProposer, Segment, SegmentEncoder, Segmenter
+from openbelief.perception.ports import Perception, PerceptionFailed, PhraseProposer, Segment, SegmentEncoder, Segmenter
 
 
-class BadModelOutput(ValueError):
+class BadModelOutput(PerceptionFailed):
     """A network gave what its port does not allow; the message names the network."""
 
 

@@ -10,6 +10,10 @@ from openbelief.arrays import Array
 from openbelief.observation import Mask, RgbdFrame
 
 
+class PerceptionFailed(RuntimeError):
+    """A perception cannot go on with any frame; the message names the cause and the remedy."""
+
+
 class FrameUnseen(RuntimeError):
     """A perception could not look at this one frame; the message is the reason. Other frames are not affected."""
 
