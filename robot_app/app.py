@@ -93,9 +93,8 @@ def _heard(robot: Robot) -> bool:
 def mission_perception(config: Config, encoder: TextEncoder) -> Perception:
     """What looks at the arrival views: `[perception] profile`; "scripted" alone is the simulated scene's own."""
     profile = config.perception.profile
-    return open_perception(
-        f"scripted:{config.sim.scene}" if profile == "scripted" else profile, encoder, config.sim.seed
-    )
+    spec = f"scripted:{config.sim.scene}" if profile == "scripted" else profile
+    return open_perception(spec, encoder, config.sim.seed)
 
 
 def _site(config: Config, opened: ExitStack) -> Site:

@@ -12,7 +12,7 @@ from behaviors.events import Outcome
 from behaviors.policy import MissionPolicy
 from openbelief.memory import ObjectMemory
 from openbelief.perception.sentence import SentenceEncoder
-from robot_app.config import Config, Perception, Sim, dump_config
+from robot_app.config import Config, Sim, dump_config
 from robot_app.mapping import MapJob, Progress, run_map
 from robot_app.missions import open_missions
 from robot_app.pictures import write_pictures
@@ -81,7 +81,6 @@ def run_demo(folder: Path, query: str, scene: str, seed: int, progress: Progress
         memory=files.memory,
         trials=folder,
         sim=Sim(scene=scene, seed=seed),
-        perception=Perception(profile=f"scripted:{scene}:{seed}"),
         mission=MissionPolicy(motion="allow"),
     )
     files.config.write_text(dump_config(config), encoding="utf-8")
@@ -97,7 +96,14 @@ def make_memory(config: Config, files: Files, progress: Progress, tell: Callable
     files.truth.write_text(json.dumps(world.truth()), encoding="utf-8")
     size_mb = files.walk.stat().st_size / 1e6
     tell(f"Recorded {frames} RGB-D images, lidar, poses and the map to {files.walk} ({size_mb:.0f} MB).")
-    job = MapJob([files.walk], files.memory, [config.perception.profile], config.parameters, force=True)
+    job = MapJob(
+        [files.walk],
+        files.memory,
+        [f"scripted:{config.sim.scene}"],
+        parameters=config.parameters,
+        force=True,
+        seed=config.sim.seed,
+    )
     memory = run_map(job, SentenceEncoder(), progress).memory
     tell(f"Mapped {len(memory.observations)} observations of {len(memory.objects)} objects to {files.memory}.")
     return memory
