@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 
 from openbelief.acquisition import acquire
 from openbelief.memory import ObjectMemory
-from openbelief.observation import RgbdFrame
-from openbelief.perception.ports import Perception, TextEncoder
+from openbelief.observation import Mask, RgbdFrame
+from openbelief.perception.ports import FrameUnseen, Perception, TextEncoder
 from openbelief.store import BeliefStore
 
 Stage = Callable[[str], AbstractContextManager[object]]
@@ -23,12 +23,13 @@ def _untimed(_: str) -> AbstractContextManager[object]:
 
 @dataclass
 class Taken:
-    """What one run took from its frames; `refused` counts masks that gave no observation, by reason."""
+    """What one run took from its frames, by reason: `refused` masks gave no observation, `unseen` frames no masks."""
 
     frames: int = 0
     masks: int = 0
     observations: int = 0
     refused: Counter[str] = field(default_factory=Counter)
+    unseen: Counter[str] = field(default_factory=Counter)
 
 
 def map_frames(
@@ -52,7 +53,8 @@ def take_evidence(
     stage: Stage = _untimed,
     on_frame: Callable[[Taken], None] = lambda _: None,
 ) -> Taken:
-    """Steps 1 to 3, frame by frame. A frame that the store holds is passed over, so an interrupted run goes on.
+    """Steps 1 to 3, frame by frame. A frame that the store holds is passed over, so an interrupted run goes on; one
+    that the perception cannot look at is kept as skipped, with the reason.
 
     stage: a context manager per step, for timing (the core reads no clock). on_frame: told after every frame.
     """
@@ -60,18 +62,27 @@ def take_evidence(
     for frame in frames:
         if frame.stamp_ns in done.of(frame.recording):
             continue
-        with stage("perceive"):
-            masks = perception.perceive(frame)
-        with stage("acquire"):
-            observations, refusals = acquire(frame, masks, store.parameters)
-        with stage("keep"):
-            store.add_frame(frame.recording, frame.stamp_ns, observations)
+        try:
+            with stage("perceive"):
+                masks = perception.perceive(frame)
+        except FrameUnseen as unseen:
+            store.add_frame(frame.recording, frame.stamp_ns, [], skipped=str(unseen))
+            taken.unseen[str(unseen)] += 1
+        else:
+            _keep(frame, masks, store, taken, stage)
         taken.frames += 1
-        taken.masks += len(masks)
-        taken.observations += len(observations)
-        taken.refused.update(refusal.reason for refusal in refusals)
         on_frame(taken)
     return taken
+
+
+def _keep(frame: RgbdFrame, masks: list[Mask], store: BeliefStore, taken: Taken, stage: Stage) -> None:
+    with stage("acquire"):
+        observations, refusals = acquire(frame, masks, store.parameters)
+    with stage("keep"):
+        store.add_frame(frame.recording, frame.stamp_ns, observations)
+    taken.masks += len(masks)
+    taken.observations += len(observations)
+    taken.refused.update(refusal.reason for refusal in refusals)
 
 
 def build_memory(store: BeliefStore, text_encoder: TextEncoder, *, stage: Stage = _untimed) -> ObjectMemory:

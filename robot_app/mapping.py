@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import time
-from collections import Counter, defaultdict
-from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
@@ -14,13 +13,17 @@ from logs.frames import FrameReader, RecordingError, Topics
 from logs.reader import LogError
 from openbelief.mapping import Taken, build_memory, take_evidence
 from openbelief.memory import ObjectMemory
+from openbelief.observation import RgbdFrame
 from openbelief.parameters import Parameters
 from openbelief.perception.cache import CachedPerception
-from openbelief.perception.ports import Perception, TextEncoder
+from openbelief.perception.look_ahead import LookAhead
+from openbelief.perception.ports import Perception, PerceptionFailed, TextEncoder
 from openbelief.perception.recorded import RecordedPerceptionError
+from openbelief.perception.stages import StagedPerception
 from openbelief.store import BeliefFileError, BeliefStore
 from robot_app.cli import Failure
 from robot_app.perceptions import kind_of
+from robot_app.stopwatch import Stopwatch
 
 
 @dataclass(frozen=True)
@@ -45,24 +48,11 @@ class MapJob:
 class Progress(Protocol):
     """Told how far mapping is; robot_app.progress has one for people."""
 
-    def frames(self, recording: str, done: int, total: int) -> None: ...
+    def frames(self, recording: str, done: int, total: int, rates: Mapping[str, float] | None = None) -> None:
+        """rates: frames a second of stages that run side by side."""
+        ...
 
     def step(self, sentence: str) -> None: ...
-
-
-@dataclass
-class Stopwatch:
-    """Seconds of wall time per stage."""
-
-    seconds: dict[str, float] = field(default_factory=lambda: defaultdict(float))
-
-    @contextmanager
-    def __call__(self, stage: str) -> Iterator[None]:
-        start = time.perf_counter()
-        try:
-            yield
-        finally:
-            self.seconds[stage] += time.perf_counter() - start
 
 
 @dataclass(frozen=True)
@@ -78,6 +68,10 @@ class MapResult:
     @property
     def refused(self) -> Counter[str]:
         return sum((taken.refused for taken in self.taken), Counter())
+
+    @property
+    def unseen(self) -> Counter[str]:
+        return sum((taken.unseen for taken in self.taken), Counter())
 
 
 @dataclass(frozen=True)
@@ -101,23 +95,32 @@ def run_map(job: MapJob, text_encoder: TextEncoder, progress: Progress) -> MapRe
     """Map the job's recordings into `job.out`. Raises Failure; what was done so far stays in `job.partial`."""
     if job.out.exists() and not job.force:
         raise Failure(f"{job.out} exists: choose another -o, or replace it with --force.")
-    clock = Stopwatch()
     try:
-        with clock("read"):
-            sources = _plan(job, text_encoder, progress)
-        with _open_store(job, sources, text_encoder) as store:
-            resumed = sum(len(store.frames_done(source.recording)) for source in sources)
-            taken = [_take(source, job, store, clock, progress) for source in sources]
-            _require_evidence(store, sources, taken, job)
-            progress.step("building the memory")
-            memory = build_memory(store, text_encoder, stage=clock)
+        with ExitStack() as opened:
+            result = _map(job, text_encoder, progress, opened)
+    except PerceptionFailed as error:
+        raise Failure(f"{error} What was done is kept: run the same command again to go on.") from error
     except (LogError, RecordingError, RecordedPerceptionError, BeliefFileError) as error:
         raise Failure(str(error)) from error
     job.partial.replace(job.out)
+    return result
+
+
+def _map(job: MapJob, text_encoder: TextEncoder, progress: Progress, opened: ExitStack) -> MapResult:
+    """opened: gets what the perceptions hold open."""
+    clock = Stopwatch()
+    with clock("read"):
+        sources = _plan(job, text_encoder, progress, opened)
+    with _open_store(job, sources, text_encoder) as store:
+        resumed = sum(len(store.frames_done(source.recording)) for source in sources)
+        taken = [_take(source, job, store, clock, progress) for source in sources]
+        _require_evidence(store, sources, taken, job)
+        progress.step("building the memory")
+        memory = build_memory(store, text_encoder, stage=clock)
     return MapResult(memory, [s.reader for s in sources], taken, resumed, dict(clock.seconds))
 
 
-def _plan(job: MapJob, text_encoder: TextEncoder, progress: Progress) -> list[_Source]:
+def _plan(job: MapJob, text_encoder: TextEncoder, progress: Progress, opened: ExitStack) -> list[_Source]:
     """Every recording's frames and perception, before anything is written."""
     specs = job.perceptions * len(job.recordings) if len(job.perceptions) == 1 else job.perceptions
     if len(specs) != len(job.recordings):
@@ -128,6 +131,7 @@ def _plan(job: MapJob, text_encoder: TextEncoder, progress: Progress) -> list[_S
         kind, argument = kind_of(spec)
         if spec not in made:
             made[spec] = kind.make(argument, text_encoder, job.seed)
+            _close_with(opened, made[spec])
         perception = made[spec]
         _require_text_space(perception, text_encoder)
         progress.step(f"reading {path.name}")
@@ -140,6 +144,11 @@ def _plan(job: MapJob, text_encoder: TextEncoder, progress: Progress) -> list[_S
     if len({source.perception.feature_text_aligned for source in sources}) != 1:
         raise Failure("Recordings with and without text-aligned features cannot be mapped into one memory.")
     return sources
+
+
+def _close_with(opened: ExitStack, perception: Perception) -> None:
+    if isinstance(perception, StagedPerception):
+        opened.callback(perception.close)
 
 
 def _require_text_space(perception: Perception, text_encoder: TextEncoder) -> None:
@@ -156,6 +165,7 @@ def _open_store(job: MapJob, sources: list[_Source], text_encoder: TextEncoder) 
     about = {
         "recordings": [s.about() for s in sources],
         "perception": [s.perception.id for s in sources],
+        "perception_about": [getattr(s.perception, "about", {}) for s in sources],
         "stride": job.stride,
         "map_frame": job.map_frame,
     }
@@ -185,18 +195,16 @@ def _take(source: _Source, job: MapJob, store: BeliefStore, clock: Stopwatch, pr
     done = store.frames_done(source.recording)
     total, before = len(source.reader.plan.frames), len(done)
     cache = job.out.with_name(f"{job.out.name}.{source.recording}.perception.jsonl")
-    cached = (
-        CachedPerception(source.perception, cache, recording=source.recording, text_space=store.text_encoder_id)
-        if source.expensive
-        else nullcontext(source.perception)
-    )
-    with cached as perception:
+    frames = _timed(source.reader.frames(without=done), clock)
+    with _looking(source, frames, cache, store.text_encoder_id, clock) as (seen, perception):
         taken = take_evidence(
-            _timed(source.reader.frames(without=done), clock),
+            seen,
             perception,
             store,
             stage=clock,
-            on_frame=lambda t: progress.frames(source.reader.path.name, min(before + t.frames, total), total),
+            on_frame=lambda t: progress.frames(
+                source.reader.path.name, min(before + t.frames, total), total, clock.rates()
+            ),
         )
     kept = store.frames_done(source.recording)
     for skip in source.reader.skips:
@@ -206,7 +214,24 @@ def _take(source: _Source, job: MapJob, store: BeliefStore, clock: Stopwatch, pr
     return taken
 
 
-def _timed(frames: Iterator[Any], clock: Stopwatch) -> Iterator[Any]:
+@contextmanager
+def _looking(
+    source: _Source, frames: Iterator[RgbdFrame], cache: Path, text_space: str, clock: Stopwatch
+) -> Iterator[tuple[Iterator[RgbdFrame], Perception]]:
+    """The frames, and what looks at them: cached where it is expensive, ahead of its use where it has stages."""
+    if not source.expensive:
+        yield frames, source.perception
+        return
+    with CachedPerception(source.perception, cache, recording=source.recording, text_space=text_space) as cached:
+        if not isinstance(source.perception, StagedPerception):
+            yield frames, cached
+            return
+        clock.watch({"read": 1, **{s.name: s.workers for s in source.perception.stages}, "acquire": 1})
+        with LookAhead(source.perception, cached, clock) as ahead:
+            yield ahead.over(frames), ahead
+
+
+def _timed(frames: Iterator[RgbdFrame], clock: Stopwatch) -> Iterator[RgbdFrame]:
     """The same frames; decoding them counts as reading."""
     while True:
         with clock("read"):
@@ -224,8 +249,11 @@ def _require_evidence(store: BeliefStore, sources: list[_Source], taken: list[Ta
     job.partial.unlink()
     refused: Counter[str] = sum((t.refused for t in taken), Counter())
     masks = sum(t.masks for t in taken)
+    unseen: Counter[str] = sum((t.unseen for t in taken), Counter())
     why = (
-        f"all {masks} masks were refused ({_counts(refused)})"
+        f"no frame could be looked at ({_counts(unseen)})"
+        if unseen and not masks
+        else f"all {masks} masks were refused ({_counts(refused)})"
         if masks
         else f"{sources[0].perception.id} has no mask for any of its frames; is it of another recording?"
     )

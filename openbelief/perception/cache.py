@@ -63,10 +63,15 @@ class CachedPerception:
         )
 
     def perceive(self, frame: RgbdFrame) -> list[Mask]:
-        if self._known and frame.stamp_ns in self._known.stamps:
-            return self._known.perceive(frame)
-        masks = self.inner.perceive(frame)
-        # As read back, in float16: an interrupted mapping and a whole one must see the same features.
+        masks = self.known(frame)
+        return self.keep(frame, self.inner.perceive(frame)) if masks is None else masks
+
+    def known(self, frame: RgbdFrame) -> list[Mask] | None:
+        """What a former run kept of the frame, None where it kept nothing."""
+        return self._known.perceive(frame) if self._known and frame.stamp_ns in self._known.stamps else None
+
+    def keep(self, frame: RgbdFrame, masks: list[Mask]) -> list[Mask]:
+        """The masks as read back, in float16: an interrupted mapping and a whole one must see the same features."""
         return [line.mask(len(masks[0].feature)) for line in self._writer.write(frame.stamp_ns, masks)]
 
     def close(self) -> None:

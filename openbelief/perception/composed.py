@@ -2,32 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from openbelief.observation import Mask, RgbdFrame
 from openbelief.perception.mask_nms import suppress
-from openbelief.perception.ports import Perception, PerceptionFailed, PhraseProposer, Segment, SegmentEncoder, Segmenter
+from openbelief.perception.ports import PerceptionFailed, PhraseProposer, Segment, SegmentEncoder, Segmenter
+from openbelief.perception.stages import Stage
 
 
 class BadModelOutput(PerceptionFailed):
     """A network gave what its port does not allow; the message names the network."""
 
 
-@dataclass(frozen=True)
-class Stage:
-    """One step of a perception: `run(frame, what the step before gave)`. workers: how many frames at once."""
-
-    name: str
-    run: Callable[[RgbdFrame, Any], Any]
-    workers: int = 1
-
-
 class ComposedPerception:
-    """Perception port over a PhraseProposer, a Segmenter and a SegmentEncoder; `about` goes into the memory."""
+    """StagedPerception over a PhraseProposer, a Segmenter and a SegmentEncoder."""
 
     def __init__(
         self,
@@ -59,12 +50,22 @@ class ComposedPerception:
         """Id of the text encoder in whose space the features live."""
         return self._features.text_space
 
+    @property
+    def about(self) -> dict[str, Any]:
+        """What the id stands for, in full: prompt and decoding are stored with the memory."""
+        return {"phrases": getattr(self._proposer, "about", {})}
+
     def perceive(self, frame: RgbdFrame) -> list[Mask]:
         """All stages, one after the other. Raises FrameUnseen, or BadModelOutput naming the network."""
         value: Any = None
         for stage in self.stages:
             value = stage.run(frame, value)
         return list(value)
+
+    def close(self) -> None:
+        """Close the parts that hold something open."""
+        for part in (self._proposer, self._segmenter, self._features):
+            getattr(part, "close", lambda: None)()
 
     def _segment(self, frame: RgbdFrame, phrases: Sequence[str]) -> list[Segment]:
         if not phrases:
@@ -83,13 +84,6 @@ class ComposedPerception:
             Mask(index, segment.pixels, segment.phrase, segment.score, row)
             for index, (segment, row) in enumerate(zip(segments, rows, strict=True))
         ]
-
-
-def stages_of(perception: Perception) -> tuple[Stage, ...]:
-    """The perception's steps; one that has none is a single step."""
-    if isinstance(perception, ComposedPerception):
-        return perception.stages
-    return (Stage("perceive", lambda frame, _: perception.perceive(frame)),)
 
 
 def _checked(segment: Segment, frame: RgbdFrame, who: str) -> Segment:

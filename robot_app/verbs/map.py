@@ -114,6 +114,7 @@ def _report(out: Path, result: MapResult) -> dict[str, Any]:
         "frames_resumed": result.resumed,
         "observations": len(memory.observations),
         "masks_refused": dict(result.refused),
+        "frames_unseen": dict(result.unseen),
         "objects": len(memory.objects),
         "seconds": {stage: round(seconds, 3) for stage, seconds in result.seconds.items()},
     }
@@ -135,6 +136,7 @@ def _text(report: dict[str, Any]) -> str:
             lines.append(f"skipped {count} x {reason}" + (f" (first: {example})" if example else ""))
         if each["damage"]:
             lines.append(f"{each['recording']} is damaged: {each['damage']}. Mapped what lies before the damage.")
+    lines += [f"could not look at {n} frames: {reason}" for reason, n in Counter(report["frames_unseen"]).most_common()]
     lines += [f"refused {n} masks: {reason}" for reason, n in Counter(report["masks_refused"]).most_common()]
     resumed = f" ({report['frames_resumed']} done before)" if report["frames_resumed"] else ""
     lines.append(

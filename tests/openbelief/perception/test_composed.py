@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from openbelief.observation import Intrinsics, Mask, RgbdFrame
-from openbelief.perception.composed import BadModelOutput, ComposedPerception, stages_of
+from openbelief.perception.composed import BadModelOutput, ComposedPerception
 from openbelief.perception.mask_nms import mask_iou, suppress
 from openbelief.perception.ports import Perception, PhraseProposer, Segment, SegmentEncoder, Segmenter
+from openbelief.perception.stages import StagedPerception
 
 SHAPE = (48, 64)
 FRAME = RgbdFrame(
@@ -69,6 +70,7 @@ def composed(table: dict, phrases: list[str] | None = None, features: Numbers | 
 def test_the_parts_fit_their_ports():
     assert isinstance(Says([]), PhraseProposer) and isinstance(Finds({}), Segmenter)
     assert isinstance(Numbers(), SegmentEncoder) and isinstance(composed({}), Perception)
+    assert isinstance(composed({}), StagedPerception)
 
 
 def test_every_segment_becomes_a_mask_with_its_phrase_its_score_and_its_row():
@@ -88,23 +90,10 @@ def test_the_stages_one_by_one_are_perceive():
     perception = composed({"cup": [(0.9, box(0, 10))]})
     assert [stage.name for stage in perception.stages] == ["phrases", "segments", "features"]
     value: list[Mask] | None = None
-    for stage in stages_of(perception):
+    for stage in perception.stages:
         value = stage.run(FRAME, value)
     [mask] = value or []
     assert mask.phrase == "cup" and mask.confidence == 0.9
-
-
-def test_a_perception_without_stages_is_one_stage():
-    @dataclass
-    class Whole:
-        id: str = "whole"
-        feature_text_aligned: bool = True
-
-        def perceive(self, frame: RgbdFrame) -> list[Mask]:
-            return [Mask(0, box(0, 9), "cup", 0.5, np.eye(4, dtype=np.float32)[0])]
-
-    [stage] = stages_of(Whole())
-    assert stage.run(FRAME, None)[0].phrase == "cup"
 
 
 def test_a_double_of_one_phrase_goes_and_a_second_phrase_for_it_stays():
