@@ -1,0 +1,136 @@
+"""The Camera port over a camera process that streams, hangs, dies, freezes and comes back: real processes, real SDK."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from functools import partial
+
+import numpy as np
+import pytest
+
+from drivers.clock import SystemClock
+from drivers.ports import Camera, LinkLost, PortError, StaleData
+from drivers.realsense import RealSenseCamera
+from drivers.realsense_frames import RealSenseSettings, TimestampDomain
+from drivers.realsense_watchdog import WatchdogLimits
+from sim_fakes.realsense_scene import BoxScene
+from sim_fakes.realsense_software import Fault, TwinSpec, TwinState, box_images, open_twin
+
+QUICK = WatchdogLimits(back_off_s=(0.05, 0.05, 0.05))
+SPEC = TwinSpec()
+
+
+@pytest.fixture
+def state() -> TwinState:
+    return TwinState()
+
+
+@pytest.fixture
+def make_camera(state) -> Iterator[Callable[..., RealSenseCamera]]:
+    with ExitStack() as opened:
+
+        def make(spec: TwinSpec = SPEC, limits: WatchdogLimits = QUICK) -> RealSenseCamera:
+            opener = partial(open_twin, box_images, spec, state)
+            camera = RealSenseCamera(RealSenseSettings(), SystemClock(), open_device=opener, limits=limits)
+            opened.callback(camera.close)
+            camera.start()
+            return camera
+
+        yield make
+
+
+@pytest.fixture
+def sees(eventually) -> Callable[[RealSenseCamera], None]:
+    """Wait until the camera gives fresh images (again)."""
+
+    def fresh(camera: RealSenseCamera) -> bool:
+        try:
+            return camera.latest(1.0) is not None
+        except StaleData:
+            return False
+
+    return lambda camera: eventually(lambda: fresh(camera), within_s=20)
+
+
+def test_it_gives_images_imu_and_health(make_camera, sees, eventually) -> None:
+    camera = make_camera()
+    assert isinstance(camera, Camera)
+    sees(camera)
+    frame = camera.latest(1.0)
+    truth, truth_m = BoxScene().seen(SPEC.color, np.eye(4))
+    assert np.abs(frame.color.astype(int) - truth).max() <= 1
+    assert frame.depth_m.dtype == np.float32
+    assert np.median(np.abs(frame.depth_m - truth_m)[frame.depth_m > 0]) < 0.002
+    assert frame.intrinsics == camera.info.intrinsics and frame.frame_id == "camera_color_optical_frame"
+    assert frame.domain is TimestampDomain.GLOBAL
+    assert 0 <= time.time_ns() - frame.stamp_ns < 1_000_000_000
+    eventually(lambda: camera.health().counts.frames > 3)
+    samples = camera.take_imu()
+    assert np.all(np.diff([sample.stamp_ns for sample in samples]) > 0)
+    assert samples[0].acceleration_m_s2[1] == pytest.approx(-9.80665, abs=1e-3)
+    numbers = [frame.color_number for frame in camera.take_frames()]
+    assert numbers == sorted(set(numbers))
+    assert camera.health().trouble is None and camera.health().restarts == 0
+
+
+@pytest.mark.parametrize(
+    ("fault", "words", "killed"),
+    [
+        (Fault.HANG, "librealsense hangs", 1),
+        (Fault.CRASH, "died", 0),
+        (Fault.SILENT, "no new image", 0),
+        (Fault.PIXELS_FROZEN, "frozen", 0),
+    ],
+)
+def test_trouble_is_stale_at_once_then_mended_by_a_reset(
+    make_camera, sees, eventually, state, fault, words, killed
+) -> None:
+    camera = make_camera()
+    sees(camera)
+    state.fault = fault
+    eventually(lambda: camera.health().trouble is not None, within_s=10)
+    assert words in camera.health().trouble
+    asked = time.monotonic()
+    with pytest.raises(StaleData):
+        camera.latest(0.05)
+    assert time.monotonic() - asked < 0.5  # it never waits for the camera
+    sees(camera)
+    assert state.resets >= 1 and camera.health().restarts >= 1 and camera.health().killed == killed
+
+
+def test_an_unplugged_camera_is_given_up_with_a_name(make_camera, sees, eventually, state) -> None:
+    camera = make_camera(limits=WatchdogLimits(back_off_s=()))
+    sees(camera)
+    state.fault = Fault.UNPLUGGED
+
+    def lost() -> bool:
+        try:
+            camera.latest(60)
+        except LinkLost as error:
+            return "disconnected" in str(error)
+        return False
+
+    eventually(lost, within_s=10)
+
+
+def test_usb_2_is_refused_by_start(make_camera, state) -> None:
+    with pytest.raises(PortError, match=r"USB 2\.1"):
+        make_camera(TwinSpec(usb="2.1"))
+    assert state.openings == 1  # no restart can help
+
+
+def test_no_camera_is_refused_by_start(make_camera, state) -> None:
+    state.fault = Fault.UNPLUGGED
+    with pytest.raises(PortError, match="No RealSense"):
+        make_camera()
+
+
+def test_nothing_is_left_running_after_close(make_camera, sees) -> None:
+    import multiprocessing
+
+    camera = make_camera()
+    sees(camera)
+    camera.close()
+    assert not [child for child in multiprocessing.active_children() if child.name == "realsense"]
