@@ -57,11 +57,11 @@ def observe(frame: RgbdFrame, mask: Mask, parameters: Parameters) -> Observation
     if np.count_nonzero(pixels) < parameters.min_mask_px:
         raise MaskRefused(f"mask smaller than {parameters.min_mask_px} pixels")
     points = backproject(pixels, frame, parameters)
-    if len(points) == 0:
-        raise MaskRefused("no pixel with depth in range")
-    points = largest_cluster(points, parameters)
     if len(points) < parameters.min_points:
-        raise MaskRefused(f"fewer than {parameters.min_points} voxels in its largest cluster")
+        raise MaskRefused(f"fewer than {parameters.min_points} pixels with depth in range")
+    points = largest_cluster(points, parameters)
+    if len(points) == 0:
+        raise MaskRefused("its points are too sparse to cluster")
     return Observation(
         frame=frame.index,
         mask=mask.index,

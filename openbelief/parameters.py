@@ -17,7 +17,7 @@ class Parameters:
     depth_min_m: float = 0.1
     depth_max_m: float = 6.0
     min_mask_px: int = 100
-    min_points: int = 50  # n_e: the voxels left of a mask, not its pixels
+    min_points: int = 50  # pixels of a mask with depth in range; of voxels, 50 would drop what is small or far
     cluster_eps_m: float = 0.08  # the largest DBSCAN cluster of a mask keeps flying pixels out
     cluster_min_points: int = 10
 

@@ -85,12 +85,15 @@ def test_what_is_out_of_the_depth_range_is_no_evidence():
     assert np.ptp(apply(np.linalg.inv(T), made.points.astype(float))[:, 2]) < 0.05
 
 
+SCATTER_M = np.random.default_rng(5).uniform(1.0, 6.0, (120, 160))
+
+
 @pytest.mark.parametrize(
     ("depth_m", "pixels", "reason"),
     [
         (1.0, rectangle((120, 160), slice(0, 9), slice(0, 11)), "mask smaller than 100 pixels"),
-        (0.0, rectangle((120, 160), slice(0, 50), slice(0, 50)), "no pixel with depth in range"),
-        (1.0, rectangle((120, 160), slice(0, 20), slice(0, 20)), "fewer than 50 voxels in its largest cluster"),
+        (0.0, rectangle((120, 160), slice(0, 50), slice(0, 50)), "fewer than 50 pixels with depth in range"),
+        (SCATTER_M, rectangle((120, 160), slice(0, 12), slice(0, 12)), "its points are too sparse to cluster"),
         (1.0, rectangle((60, 80), slice(0, 50), slice(0, 50)), "mask has another size than the frame"),
     ],
 )
