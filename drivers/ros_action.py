@@ -96,8 +96,10 @@ class ActionClient:
 
     def cancel(self, uuid: bytes, timeout_s: float) -> Answer:
         """CancelGoal_Response; ALL_GOALS cancels every goal of the server."""
-        info = self._codec.make("action_msgs/msg/GoalInfo", goal_id=self._uuid(uuid))
-        return self._cancel.ask(timeout_s, goal_info=info)
+        return self._cancel.ask(timeout_s, goal_info=self._info(uuid))
+
+    def cancel_later(self, uuid: bytes, timeout_s: float, use: Callable[[Answer], None]) -> None:
+        self._cancel.ask_later(timeout_s, use, goal_info=self._info(uuid))
 
     def listen(self, feedback: Callable[[Message], None], status: Callable[[dict[bytes, int]], None]) -> None:
         """Hear feedback messages, and the status of every goal by uuid (latched)."""
@@ -108,6 +110,9 @@ class ActionClient:
 
     def _intake(self, part: str, type_name: str, use: Callable[[Message], None]) -> Intake:
         return Intake(f"{self.action.name} {part}", type_name, ACTION_MAX_BYTES, self._codec, use)
+
+    def _info(self, uuid: bytes) -> Message:
+        return self._codec.make("action_msgs/msg/GoalInfo", goal_id=self._uuid(uuid))
 
     def _uuid(self, uuid: bytes) -> Message:
         return self._codec.make("unique_identifier_msgs/msg/UUID", uuid=np.frombuffer(uuid, np.uint8))

@@ -132,9 +132,26 @@ class ZenohLink:
         handler = Callback(self._guard(lambda s: callback(str(s.key_expr), s.kind == put)), indirect=False)
         self._declared.append(self._open.liveliness().declare_subscriber(pattern, handler, history=True))
 
-    def put(self, key: str, payload: bytes) -> None:
-        """Publish; a put that an access rule denies vanishes silently, so nothing that matters is a put."""
-        self._open.put(key, payload, congestion_control=zenoh.CongestionControl.BLOCK)
+    def declare_token(self, key: str) -> None:
+        """A liveliness token of our own: it goes when this session ends, however it ends."""
+        self._declared.append(self._open.liveliness().declare_token(key))
+
+    def answer(self, key: str, handler: Callable[[bytes], bytes]) -> None:
+        """Answer the queries on a key; a handler that raises leaves the query without a reply."""
+
+        def reply(query: zenoh.Query) -> None:
+            query.reply(query.key_expr, handler(query.payload.to_bytes() if query.payload else b""))
+            query.drop()
+
+        self._declared.append(self._open.declare_queryable(key, Callback(self._guard(reply), indirect=False)))
+
+    def put(self, key: str, payload: bytes, *, drop: bool = False) -> None:
+        """Publish; a put that an access rule denies vanishes silently, so nothing that matters is a put.
+
+        drop: rather lose it than wait where the link is full.
+        """
+        full = zenoh.CongestionControl.DROP if drop else zenoh.CongestionControl.BLOCK
+        self._open.put(key, payload, congestion_control=full)
 
     def get(self, key: str, payload: bytes, timeout_s: float) -> Replies:
         """Ask and wait, for `timeout_s` of wall time at most. Raises LinkLost where the session is closed."""
