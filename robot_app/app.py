@@ -19,7 +19,7 @@ from drivers.topics import CAMERA_INFO, DEPTH, LIDAR, MAP, color_topic
 from drivers.zenoh_link import LinkConfig, ZenohLink
 from openbelief.perception.ports import Perception, TextEncoder
 from robot_app.config import Config, Topics
-from robot_app.perceptions import open_perception
+from robot_app.perceptions import open_perception, text_encoder_of
 from robot_app.simulation import START_NS, Simulation, simulation
 from sim_fakes.recording_ports import RecordingPorts
 
@@ -92,9 +92,17 @@ def _heard(robot: Robot) -> bool:
 
 def mission_perception(config: Config, encoder: TextEncoder) -> Perception:
     """What looks at the arrival views: `[perception] profile`; "scripted" alone is the simulated scene's own."""
+    return open_perception(_perception_spec(config), encoder, config.sim.seed)
+
+
+def mission_text_encoder(config: Config) -> TextEncoder:
+    """What the memory is asked with: the text encoder of the arrival views' features."""
+    return text_encoder_of(_perception_spec(config))
+
+
+def _perception_spec(config: Config) -> str:
     profile = config.perception.profile
-    spec = f"scripted:{config.sim.scene}" if profile == "scripted" else profile
-    return open_perception(spec, encoder, config.sim.seed)
+    return f"scripted:{config.sim.scene}" if profile == "scripted" else profile
 
 
 def _site(config: Config, opened: ExitStack) -> Site:
@@ -108,7 +116,7 @@ def _site(config: Config, opened: ExitStack) -> Site:
         site = opened.enter_context(simulated.site)
         wires["sim"] = Wire(opened.enter_context(ZenohLink(site.link_config)), BridgeKeys(), Topics())
     if config.ports.uses("ros"):
-        link = opened.enter_context(ZenohLink(LinkConfig((config.zenoh.endpoint,))))
+        link = opened.enter_context(ZenohLink(LinkConfig((config.zenoh.endpoint,), tls=config.zenoh.tls)))
         wires["ros"] = Wire(link, BridgeKeys(config.zenoh.namespace), config.topics)
     return Site(
         clock=simulated.clock if simulated else SystemClock(),

@@ -37,10 +37,38 @@ class Ports(Section):
 
 
 class Zenoh(Section):
-    """Where the robot's zenoh-bridge-ros2dds (or its router) listens."""
+    """Where the robot's zenoh-bridge-ros2dds (or its router) listens; with "tls/..." what `openbelief certs` made."""
 
     endpoint: str = "tcp/127.0.0.1:7447"
     namespace: str = ""
+    ca: Path | None = None
+    certificate: Path | None = None
+    key: Path | None = None
+
+    @model_validator(mode="after")
+    def _whole(self) -> Zenoh:
+        named = [value is not None for value in (self.ca, self.certificate, self.key)]
+        if any(named) and not all(named):
+            raise ValueError("ca, certificate and key belong together: name all three, or none")
+        if self.endpoint.startswith("tls/") != all(named):
+            raise ValueError(
+                "ca, certificate and key go with an endpoint tls/HOST:PORT, and such an endpoint needs them"
+                " (openbelief certs makes them)"
+            )
+        return self
+
+    @property
+    def tls(self) -> dict[str, str | bool]:
+        """What drivers.zenoh_link.LinkConfig wants; empty where the link is plain TCP."""
+        if self.ca is None:
+            return {}
+        return {
+            "root_ca_certificate": str(self.ca),
+            "connect_certificate": str(self.certificate),
+            "connect_private_key": str(self.key),
+            "enable_mtls": True,
+            "verify_name_on_connect": True,
+        }
 
 
 class Topics(Section):
@@ -50,6 +78,8 @@ class Topics(Section):
     depth: str = "/camera/aligned_depth_to_color/image_raw"
     camera_info: str = "/camera/color/camera_info"
     lidar: str = "/livox/lidar"
+    lidar_imu: str = "/livox/imu"
+    camera_imu: str = "/camera/imu"
     map: str = "/map"
 
 
@@ -68,9 +98,18 @@ class Sim(Section):
 
 
 class Perception(Section):
-    """`scripted[:SCENE.json]` or `recorded:FILE.jsonl`."""
+    """`scripted[:SCENE.json]`, `recorded:FILE.jsonl` or `paper[:PROFILE.toml]`."""
 
     profile: str = "scripted"
+
+
+class Recording(Section):
+    """`openbelief record`: when a new file begins, and how much room the disk keeps."""
+
+    every_s: Positive = 300.0
+    every_bytes: int = Field(default=1_000_000_000, ge=1_000_000)
+    warn_bytes: int = Field(default=10_000_000_000, ge=0)
+    stop_bytes: int = Field(default=2_000_000_000, ge=0)
 
 
 class Config(Section):
@@ -83,6 +122,7 @@ class Config(Section):
     topics: Topics = Topics()
     replay: Replay = Replay()
     sim: Sim = Sim()
+    recording: Recording = Recording()
     perception: Perception = Perception()
     mission: MissionPolicy = MissionPolicy()
     parameters: Parameters = Parameters()
@@ -125,6 +165,9 @@ def _resolve_paths(config: Config, base: Path) -> Config:
         update={
             "memory": resolved(config.memory),
             "trials": base / config.trials,
+            "zenoh": config.zenoh.model_copy(
+                update={name: resolved(getattr(config.zenoh, name)) for name in ("ca", "certificate", "key")}
+            ),
             "replay": config.replay.model_copy(update={"recording": resolved(config.replay.recording)}),
         }
     )

@@ -10,8 +10,7 @@ from pathlib import Path
 from behaviors.events import Outcome
 from drivers.ports import Operator
 from openbelief.memory import ObjectMemory
-from openbelief.perception.sentence import SentenceEncoder
-from robot_app.app import Robot, mission_perception, open_robot
+from robot_app.app import Robot, mission_perception, mission_text_encoder, open_robot
 from robot_app.config import Config, ConfigError, dump_config
 from robot_app.trials import run_recorded
 
@@ -32,7 +31,7 @@ class Missions:
         self, config: Config, robot: Robot, memory: ObjectMemory, memory_path: Path, operator: Operator
     ) -> None:
         self._config, self._robot, self._memory, self._memory_path = config, robot, memory, memory_path
-        self.ports = robot.ports(operator, mission_perception(config, SentenceEncoder()))
+        self.ports = robot.ports(operator, mission_perception(config, mission_text_encoder(config)))
 
     def ask(self, sentence: str, trial: Path | None = None) -> Recorded:
         """Run one mission to its end. Raises ValueError where the sentence names nothing."""
@@ -59,6 +58,6 @@ def open_missions(config: Config, operator: Operator) -> Iterator[Missions]:
     """Memory and robot of a configuration. Raises ConfigError, BeliefFileError or PortError with a sentence."""
     if config.memory is None:
         raise ConfigError('no memory is named: say memory = "site.belief" (openbelief map makes one)')
-    memory = ObjectMemory.open(config.memory, text_encoder=SentenceEncoder())
+    memory = ObjectMemory.open(config.memory, text_encoder=mission_text_encoder(config))
     with open_robot(config) as robot:
         yield Missions(config, robot, memory, config.memory, operator)

@@ -15,11 +15,16 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class PerceptionKind:
     """make: (argument, text encoder, seed) -> Perception; raises Failure. expensive: its output is cached frame by
-    frame, and never computed twice."""
+    frame, and never computed twice. optional: the argument may be left out, and is then "". live: as make, for a robot
+    that waits; None where that makes no difference. text_encoder: argument -> the encoder that its memories are asked
+    with; None is the sentence encoder."""
 
     make: Callable[[str, TextEncoder, int], Perception]
     argument: str
     expensive: bool
+    optional: bool = False
+    live: Callable[[str, TextEncoder, int], Perception] | None = None
+    text_encoder: Callable[[str], TextEncoder] | None = None
 
 
 def _recorded(path: str, text_encoder: TextEncoder, seed: int) -> Perception:  # noqa: ARG001
@@ -41,22 +46,63 @@ def _scripted(scene: str, text_encoder: TextEncoder, seed: int) -> Perception:
         raise Failure(f"--perception scripted:{scene}: {error}") from error
 
 
+def _paper(profile: str, text_encoder: TextEncoder, seed: int) -> Perception:  # noqa: ARG001
+    from drivers.clock import SystemClock
+    from robot_app.profiles import open_profile
+
+    return open_profile(profile, SystemClock(), _tell)[0]
+
+
+def _paper_live(profile: str, text_encoder: TextEncoder, seed: int) -> Perception:  # noqa: ARG001
+    from drivers.clock import SystemClock
+    from robot_app.latency import WatchedPerception
+    from robot_app.profiles import open_profile
+
+    perception, settings = open_profile(profile, SystemClock(), _tell, arrival=True)
+    return WatchedPerception(perception, SystemClock(), budget_s=settings.arrival.budget_s)
+
+
+def _paper_text_encoder(profile: str) -> TextEncoder:
+    from robot_app.profiles import profile_text_encoder
+
+    return profile_text_encoder(profile)
+
+
+def _tell(sentence: str) -> None:
+    from logs.structured import logger
+
+    logger().warning("model_server", said=sentence)
+
+
 KINDS = {
     "recorded": PerceptionKind(_recorded, "FILE.jsonl", expensive=False),
     "scripted": PerceptionKind(_scripted, "SCENE.json", expensive=True),
+    "paper": PerceptionKind(
+        _paper, "PROFILE.toml", expensive=True, optional=True, live=_paper_live, text_encoder=_paper_text_encoder
+    ),
 }
-FORMS = " | ".join(f"{name}:{kind.argument}" for name, kind in KINDS.items())
+FORMS = " | ".join(
+    f"{name}[:{kind.argument}]" if kind.optional else f"{name}:{kind.argument}" for name, kind in KINDS.items()
+)
 
 
 def kind_of(spec: str) -> tuple[PerceptionKind, str]:
     """The row and the argument of "KIND:ARGUMENT"; raises Failure naming the kinds there are."""
     name, _, argument = spec.partition(":")
-    if name not in KINDS or not argument:
+    if name not in KINDS or not (argument or KINDS[name].optional):
         raise Failure(f"--perception should be {FORMS}, got {spec!r}.")
     return KINDS[name], argument
 
 
 def open_perception(spec: str, text_encoder: TextEncoder, seed: int = 0) -> Perception:
-    """The perception that "KIND:ARGUMENT" names; raises Failure. seed: of what is simulated."""
+    """The perception that "KIND:ARGUMENT" names, for a mission; raises Failure. seed: of what is simulated."""
     kind, argument = kind_of(spec)
-    return kind.make(argument, text_encoder, seed)
+    return (kind.live or kind.make)(argument, text_encoder, seed)
+
+
+def text_encoder_of(spec: str) -> TextEncoder:
+    """What memories of this perception are asked with; raises Failure."""
+    from openbelief.perception.sentence import SentenceEncoder
+
+    kind, argument = kind_of(spec)
+    return kind.text_encoder(argument) if kind.text_encoder else SentenceEncoder()

@@ -1,8 +1,9 @@
 """Build a memory from a ROS 2 MCAP recording: colour, depth, camera_info and /tf.
 
-Perception is played back (recorded:FILE.jsonl) or simulated (scripted:SCENE.json). Without --perception,
-WALK.perception.jsonl beside WALK.mcap is used. A mapping that was interrupted goes on where it stopped when the same
-command is given again. Images that cannot be used are skipped, counted and named.
+Perception is played back (recorded:FILE.jsonl), simulated (scripted:SCENE.json) or done by the paper's networks
+(paper[:PROFILE.toml], see docs/perception.md). Without --perception, WALK.perception.jsonl beside WALK.mcap is used.
+A mapping that was interrupted goes on where it stopped when the same command is given again. Images that cannot be
+used are skipped, counted and named.
 """
 
 from __future__ import annotations
@@ -40,8 +41,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     from logs.frames import Topics
-    from openbelief.perception.sentence import SentenceEncoder
     from robot_app.mapping import MapJob, run_map
+    from robot_app.perceptions import text_encoder_of
     from robot_app.progress import progress
 
     job = MapJob(
@@ -57,7 +58,7 @@ def run(options: argparse.Namespace) -> int:
     if not job.out.parent.is_dir():
         raise Failure(f"The folder {job.out.parent} does not exist: create it, or choose another -o.")
     with progress() as shown:
-        result = run_map(job, SentenceEncoder(), shown)
+        result = run_map(job, text_encoder_of(job.perceptions[0]), shown)
     report = _report(options.out, result)
     if options.json:
         print_json(report)

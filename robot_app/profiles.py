@@ -1,0 +1,186 @@
+"""The profile behind `--perception paper:PROFILE.toml`: who proposes phrases, who segments, who encodes. Typed."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from robot_app.cli import Failure
+
+if TYPE_CHECKING:
+    from openbelief.perception.composed import ComposedPerception
+    from openbelief.perception.patience import Clock
+    from openbelief.perception.ports import SegmentEncoder, Segmenter, TextEncoder
+    from openbelief.perception.recorded import RecordedPerception
+    from openbelief.perception.vlm import VlmProposer
+
+BUILT_IN = Path(__file__).with_name("paper.toml")
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
+class Section(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Vlm(Section):
+    """An OpenAI-compatible server. The key itself stands in an environment variable, never in the file."""
+
+    endpoint: str
+    model: str
+    api_key_env: str | None = None
+    timeout_s: Positive = 60.0
+    patience_s: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 300.0
+    concurrency: Annotated[int, Field(ge=1, le=64)] = 4
+    requests_per_minute: Positive | None = None
+    picture: Literal["jpeg", "png"] = "jpeg"
+    max_side_px: Annotated[int, Field(ge=32, le=8192)] = 1024
+
+
+class Arrival(Section):
+    """With a robot waiting, there is less patience than while mapping; a look longer than the budget is a warning."""
+
+    patience_s: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 10.0
+    budget_s: Positive = 6.0
+
+
+class Profile(Section):
+    """segmenter, encoder: "KIND:PATH", a row of SEGMENTERS and of ENCODERS."""
+
+    segmenter: str
+    encoder: str
+    vlm: Vlm
+    arrival: Arrival = Arrival()
+
+
+def load_profile(name: str) -> tuple[Profile, Path]:
+    """The profile and the folder that its paths are relative to; "" is the built-in one. Raises Failure."""
+    path = Path(name) if name else BUILT_IN
+    try:
+        profile = Profile.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        where = ".".join(str(part) for part in first["loc"])
+        what = "unknown key" if first["type"] == "extra_forbidden" else first["msg"]
+        raise Failure(f"{path}: {where}: {what}") from error
+    except (OSError, ValueError) as error:
+        raise Failure(f"{path}: cannot be read as TOML: {error}") from error
+    return profile, path.resolve().parent if name else Path()
+
+
+def open_profile(
+    name: str, clock: Clock, tell: Callable[[str], None], *, arrival: bool = False
+) -> tuple[ComposedPerception, Profile]:
+    """The profile's perception; the model server was asked whether it serves the model. Raises Failure.
+
+    arrival: with the patience of a robot that waits.
+    """
+    from openbelief.perception.composed import ComposedPerception
+    from openbelief.perception.model_folder import ModelFolderError
+    from openbelief.perception.ports import PerceptionFailed
+    from openbelief.perception.recorded import RecordedPerceptionError
+
+    profile, base = load_profile(name)
+    try:
+        proposer = _proposer(profile, clock, tell, arrival)
+        segmenter = _row(SEGMENTERS, profile.segmenter, base, "segmenter")
+        features, _ = _row(ENCODERS, profile.encoder, base, "encoder")
+        proposer.check()
+    except (PerceptionFailed, ModelFolderError, RecordedPerceptionError, ValueError) as error:
+        raise Failure(str(error)) from error
+    return ComposedPerception(proposer, segmenter, features, proposer_workers=profile.vlm.concurrency), profile
+
+
+def profile_text_encoder(name: str) -> TextEncoder:
+    """The text encoder in whose space the profile's features live. Raises Failure."""
+    from openbelief.perception.model_folder import ModelFolderError
+    from openbelief.perception.recorded import RecordedPerceptionError
+
+    profile, base = load_profile(name)
+    try:
+        _, text_encoder = _row(ENCODERS, profile.encoder, base, "encoder")
+    except (ModelFolderError, RecordedPerceptionError) as error:
+        raise Failure(str(error)) from error
+    return text_encoder
+
+
+def _proposer(profile: Profile, clock: Clock, tell: Callable[[str], None], arrival: bool) -> VlmProposer:
+    from openbelief.perception.vlm import VlmConfig, VlmProposer
+    from openbelief.perception.vlm_picture import PictureFormat
+
+    vlm = profile.vlm
+    config = VlmConfig(
+        endpoint=vlm.endpoint,
+        model=vlm.model,
+        api_key=_key(vlm.api_key_env),
+        timeout_s=vlm.timeout_s,
+        patience_s=profile.arrival.patience_s if arrival else vlm.patience_s,
+        concurrency=vlm.concurrency,
+        requests_per_minute=vlm.requests_per_minute,
+        picture=PictureFormat(vlm.picture, vlm.max_side_px),
+    )
+    return VlmProposer(config, clock, tell=tell)
+
+
+def _key(variable: str | None) -> str | None:
+    if variable is None:
+        return None
+    if not (key := os.environ.get(variable)):
+        raise Failure(f"The environment variable {variable} is not set, and the profile's api_key_env names it.")
+    return key
+
+
+def _row(table: dict[str, Callable[[Path], Any]], spec: str, base: Path, what: str) -> Any:
+    """What "KIND:PATH" names; raises Failure naming the kinds there are."""
+    kind, _, path = spec.partition(":")
+    if kind not in table or not path:
+        raise Failure(f"The profile's {what} should be {' or '.join(f'{name}:PATH' for name in table)}, got {spec!r}.")
+    return table[kind](base / path)
+
+
+@cache
+def _recorded(path: Path) -> RecordedPerception:
+    from openbelief.perception.recorded import RecordedPerception
+
+    return RecordedPerception(path)
+
+
+def _recorded_segmenter(path: Path) -> Segmenter:
+    from openbelief.perception.recorded_parts import RecordedSegmenter
+
+    return RecordedSegmenter(_recorded(path))
+
+
+def _recorded_encoder(path: Path) -> tuple[SegmentEncoder, TextEncoder]:
+    from openbelief.perception.recorded_parts import RecordedFeatures
+    from openbelief.perception.sentence import SentenceEncoder
+
+    return RecordedFeatures(_recorded(path)), SentenceEncoder()
+
+
+def _sam3(path: Path) -> Segmenter:
+    from openbelief.perception.sam3 import Sam3Segmenter
+
+    return Sam3Segmenter(path)
+
+
+@cache
+def _clip(path: Path) -> tuple[SegmentEncoder, TextEncoder]:
+    from openbelief.perception.clip import Clip
+    from openbelief.perception.global_local import GlobalLocalFeatures
+
+    clip = Clip(path)
+    return GlobalLocalFeatures(clip.images), clip.text
+
+
+SEGMENTERS: dict[str, Callable[[Path], Segmenter]] = {"sam3": _sam3, "recorded": _recorded_segmenter}
+# The second of the pair is the text encoder that a memory of these features is asked with.
+ENCODERS: dict[str, Callable[[Path], tuple[SegmentEncoder, TextEncoder]]] = {
+    "clip": _clip,
+    "recorded": _recorded_encoder,
+}
