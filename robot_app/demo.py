@@ -115,7 +115,7 @@ def ask_and_replay(config: Config, files: Files, query: str, tell: Callable[[str
     with open_missions(config, Narrator(tell)) as missions:
         recorded = missions.ask(query, files.trial)
     outcome = recorded.outcome
-    tell(f"{outcome.end}: {outcome.reason} (candidates verified: {outcome.visits}).")
+    tell(f"Candidates verified: {outcome.visits}.")
     replayed = replay_trial(files.trial)
     same = "identical" if replayed.difference is None else f"different: {replayed.difference}"
     tell(f"Replayed {len(replayed.decisions)} decisions from {files.trial}: {same}.")

@@ -35,7 +35,7 @@ class BarProgress:
 
     def frames(self, recording: str, done: int, total: int, rates: Mapping[str, float] | None = None) -> None:
         if recording not in self._tasks:
-            self._tasks[recording] = self._bar.add_task(recording, total=total, completed=done)
+            self._tasks[recording] = self._bar.add_task(recording, total=total or None, completed=done)
         said = f"{recording} ({stage_rates(rates)})" if rates else recording
         self._bar.update(self._tasks[recording], completed=done, description=said)  # type: ignore[arg-type]  # a NewType of int
 
@@ -62,13 +62,14 @@ class LineProgress:
     def frames(self, recording: str, done: int, total: int, rates: Mapping[str, float] | None = None) -> None:
         now_s = time.monotonic()
         start_s, first = self._start.setdefault(recording, (now_s, done))
-        if now_s < self._next_s and done < total:
+        if now_s < self._next_s and done != total:
             return
         self._next_s = now_s + LINE_EVERY_S
         rate = (done - first) / (now_s - start_s) if now_s > start_s else 0.0
-        left = f", {rate:.1f} frames/s, {(total - done) / rate:.0f} s left" if rate else ""
+        left = f", {(total - done) / rate:.0f} s left" if rate and total else ""
+        speed = f", {rate:.1f} frames/s" if rate else ""
         stages = f" ({stage_rates(rates)})" if rates else ""
-        self.step(f"{recording}: {done} of {total} frames{left}{stages}")
+        self.step(f"{recording}: {done}{f' of {total}' if total else ''} frames{speed}{left}{stages}")
 
     def step(self, sentence: str) -> None:
         print(sentence, file=sys.stderr, flush=True)

@@ -24,7 +24,7 @@ class Simulation:
     site: RosSite
 
 
-def simulation(scene: str, *, seed: int, start_ns: int = START_NS, camera_rate_hz: float = 1.0) -> Simulation:
+def simulation(scene: str, *, seed: int, start_ns: int = START_NS, camera_rate_hz: float | None = 1.0) -> Simulation:
     """Raises SceneError where the scene file cannot be used."""
     world, clock = World.load(scene), SimClock(start_ns)
     robot = SimRobot(world, clock, world.start_pose)

@@ -55,7 +55,7 @@ class SimRosPublisher:
     """Publishes by the clock, each batch followed by the bridge's fences.
 
     Rendering costs 0.1 s of wall time and more, so images come at `camera_rate_hz` of simulated time and whenever the
-    robot has just come to a stop.
+    robot has just come to a stop; with None only when `look` asks for one.
     """
 
     def __init__(
@@ -67,7 +67,7 @@ class SimRosPublisher:
         eyes: Eyes | None = None,
         faults: SensorFaults | None = None,
         *,
-        camera_rate_hz: float = 1.0,
+        camera_rate_hz: float | None = 1.0,
         lidar_rate_hz: float = 2.0,
     ) -> None:
         self._bridge, self._clock, self._robot, self._grid, self._eyes = bridge, clock, robot, grid, eyes
@@ -81,9 +81,10 @@ class SimRosPublisher:
         self._send(MAP, grid_message(replace(self._grid, stamp_ns=self._stamp_ns())))
         self._clock.every(1.0 / TF_RATE_HZ, self._tf)
         if self._eyes is not None:
-            self._clock.every(1.0 / self._camera_rate_hz, self.look)
+            if self._camera_rate_hz is not None:
+                self._clock.every(1.0 / self._camera_rate_hz, self.look)
+                self._clock.every(1.0 / TF_RATE_HZ, self._camera_at_stop)
             self._clock.every(1.0 / self._lidar_rate_hz, self._lidar)
-            self._clock.every(1.0 / TF_RATE_HZ, self._camera_at_stop)
             self._send_lidar()
             self._send_camera()
         self._tf()

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from types import TracebackType
 
-from drivers.bridge_keys import BridgeKeys
+from drivers.bridge_keys import Keys
 from drivers.zenoh_link import LinkConfig, ZenohLink, open_router
 from openbelief.traversability import OccupancyGrid
 from sim_fakes.faults import Nav2Faults, SensorFaults
@@ -33,8 +33,8 @@ class RosSite:
         grid: OccupancyGrid,
         eyes: Eyes | None = None,
         *,
-        keys: BridgeKeys | None = None,
-        camera_rate_hz: float = 1.0,
+        keys: Keys | None = None,
+        camera_rate_hz: float | None = 1.0,
         nav2_faults: Nav2Faults | None = None,
         sensor_faults: SensorFaults | None = None,
         distribution: str = "jazzy",
