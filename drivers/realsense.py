@@ -138,7 +138,7 @@ class RealSenseCamera:
 
     def take_imu(self) -> list[ImuSample]:
         """The IMU samples since the last call, ten seconds at most. Raises PortError where the camera has no IMU."""
-        if self.info.T_imu_color is None:
+        if not self.info.has_imu:
             raise PortError(f"{self.info.name} has no IMU (a D435 has none, a D435i has).")
         return self._taken(self._imu)
 

@@ -46,8 +46,9 @@ class RealSenseSettings:
 
 @dataclass(frozen=True)
 class RealSenseInfo:
-    """The opened device. `T_depth_color`: (4, 4) p_depth = T_depth_color @ p_color, `T_imu_color` likewise or None.
+    """The opened device. T_depth_color: (4, 4) p_depth = T_depth_color @ p_color; T_imu_color likewise.
 
+    T_imu_color is None without an IMU, and in a played recording, which does not hold it.
     intrinsics are those of colour, which aligned depth shares; depth_intrinsics those of the depth imager.
     depth_unit_m: metres per count of depth.
     """
@@ -60,6 +61,7 @@ class RealSenseInfo:
     depth_intrinsics: Intrinsics
     depth_unit_m: float
     T_depth_color: Array
+    has_imu: bool
     T_imu_color: Array | None
 
 

@@ -235,6 +235,7 @@ class Stream:
     def _describe(self) -> RealSenseInfo:
         color, depth = self._profiles[rs.stream.color], self._profiles[rs.stream.depth]
         gyro = self._profiles.get(rs.stream.gyro)
+        has_T_imu = gyro is not None and not self._device.is_playback()  # 2.59's recorder leaves that one out
         unit_m = next(s for s, streams in self._sensors() if rs.stream.depth in streams).get_option(
             rs.option.depth_units
         )
@@ -247,7 +248,8 @@ class Stream:
             depth_intrinsics=intrinsics_of(depth),
             depth_unit_m=round(unit_m, 9),  # librealsense's float32 0.001 is 0.0010000000475
             T_depth_color=_transform(color, depth),
-            T_imu_color=None if gyro is None else _transform(color, gyro),
+            has_imu=gyro is not None and rs.stream.accel in self._profiles,
+            T_imu_color=_transform(color, gyro) if has_T_imu else None,
         )
 
     def _sensors(self) -> Iterator[tuple[Any, list[Any]]]:

@@ -23,15 +23,16 @@ class Action(StrEnum):
 class WatchdogLimits:
     """Seconds. A miss is `miss_s` without a new image; after `misses` of them the process is stopped.
 
-    open_s covers a hardware reset (6 s) and enumeration. hang_s: not even a sign of life. Restarts wait `back_off_s` in
-    turn; after the last the camera has failed. `proven_s` of streaming forgets earlier failures.
+    open_s covers a hardware reset (6 s) and enumeration. hang_s: not even a sign of life, of which there are ten a
+    second. Restarts wait `back_off_s` in turn; after the last the camera has failed. `proven_s` of streaming forgets
+    earlier failures.
     """
 
     misses: int = 4
     miss_s: float = 0.25
     first_image_s: float = 5.0
     open_s: float = 25.0
-    hang_s: float = 1.0
+    hang_s: float = 0.8
     back_off_s: tuple[float, ...] = (0.5, 1.0, 2.0, 4.0, 8.0)
     proven_s: float = 30.0
 
@@ -103,8 +104,9 @@ class Watchdog:
             return f"it did not open within {limits.open_s:g} s"
         if self.phase is not Phase.STREAMING:
             return None
-        if now_ns - self._alive_ns > limits.hang_s * 1e9:
-            return f"its process gave no sign of life for {limits.hang_s:g} s (librealsense hangs)"
+        silent_s = (now_ns - self._alive_ns) / 1e9
+        if silent_s > limits.hang_s:
+            return f"its process gave no sign of life for {silent_s:.1f} s (librealsense hangs)"
         patience_s = limits.misses * limits.miss_s if self._any_image else limits.first_image_s
         if now_ns - self._image_ns > patience_s * 1e9:
             frozen = " (what comes is frozen)" if self._frozen > self._frozen_before else ""

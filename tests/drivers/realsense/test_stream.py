@@ -82,7 +82,7 @@ def test_the_imu_comes_beside_the_images(bench) -> None:
 
 def test_a_camera_without_imu_says_so(make_bench) -> None:
     bench = make_bench(TwinSpec(has_imu=False))
-    assert bench.info.T_imu_color is None
+    assert not bench.info.has_imu and bench.info.T_imu_color is None
     bench.settled()
     assert bench.stream.motions() == []
 
