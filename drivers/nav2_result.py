@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from drivers.ports import NavigationResult, NavigationStatus, PathPlan, PortError
 from drivers.ros_action import ABORTED, CANCELED, SUCCEEDED
 from drivers.ros_convert import path_of
 from drivers.ros_messages import Message, WireError
+from openbelief.arrays import Array
 from openbelief.traversability import path_length
 
 REJECTED = NavigationResult(NavigationStatus.REJECTED, "Nav2 rejected the goal: is bt_navigator active?")
@@ -34,6 +37,8 @@ ERROR_WORDS = {
     9002: "the navigator missed a transform: check /tf and the clocks",
     9003: "the navigator took too long",
 }
+
+WAY_M = 3.0  # of a path is told: its far end is replanned on the way anyhow
 
 
 def error_words(code: int, message: str) -> str:
@@ -88,4 +93,10 @@ def path_plan(response: Message) -> PathPlan:
         raise PortError(f"The path of Nav2's planner cannot be used: {error}") from error
     if len(points) == 0:
         return PathPlan(None, "No way was found: Nav2's planner returned an empty path.")
-    return PathPlan(path_length(points))
+    return PathPlan(path_length(points), way=_first(points))
+
+
+def _first(points: Array) -> tuple[tuple[float, float], ...]:
+    """The points of the first WAY_M metres."""
+    along = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))))
+    return tuple((float(x), float(y)) for x, y in points[along <= WAY_M])

@@ -52,6 +52,32 @@ class LidarCloud:
     frame_id: str
 
 
+@dataclass(frozen=True, slots=True)
+class Charge:
+    """The battery's state: `fraction` 0 to 1."""
+
+    stamp_ns: int
+    fraction: float
+
+
+class Reaction(StrEnum):
+    """What a supervisor's verdict asks for, from the mildest to the gravest."""
+
+    GO = "go"
+    NO_NEW_MOTION = "no new motion"  # what is under way goes on
+    HOLD = "hold"  # the goal is cancelled; it may be taken up again once the condition is over
+    CANCEL = "cancel"  # the goal is cancelled and the mission ends
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """A supervisor's word. condition: its row of the table, "" with GO. sentence: for the operator."""
+
+    reaction: Reaction = Reaction.GO
+    condition: str = ""
+    sentence: str = ""
+
+
 class NavigationStatus(StrEnum):
     """How a navigation goal ended. Only SUCCEEDED means that the robot stands at the goal."""
 
@@ -87,10 +113,14 @@ class NavigationFeedback:
 
 @dataclass(frozen=True, slots=True)
 class PathPlan:
-    """The answer to "could you get there?": a length where there is a path, else None and the reason."""
+    """The answer to "could you get there?": a length where there is a path, else None and the reason.
+
+    way: (x, y) points of its first metres, map frame, where the planner tells them.
+    """
 
     length_m: float | None
     reason: str = ""
+    way: tuple[tuple[float, float], ...] = ()
 
 
 @runtime_checkable
@@ -117,6 +147,22 @@ class Camera(Protocol):
 class Lidar(Protocol):
     def latest(self, max_age_s: float) -> LidarCloud:
         """The newest cloud; raises StaleData as Camera does."""
+        ...
+
+
+@runtime_checkable
+class Battery(Protocol):
+    def latest(self, max_age_s: float) -> Charge:
+        """The newest charge; raises StaleData as Camera does."""
+        ...
+
+
+@runtime_checkable
+class Safety(Protocol):
+    """Asked before motion and at every poll of a drive. Never raises for missing data: that is a verdict."""
+
+    def verdict(self, goal: Pose2 | None) -> Verdict:
+        """goal: where the robot goes or is about to go; None before a mission begins."""
         ...
 
 
@@ -190,7 +236,10 @@ class Operator(Protocol):
 
 @dataclass(frozen=True)
 class Ports:
-    """One body behind each port that a mission reads or drives."""
+    """One body behind each port that a mission reads or drives.
+
+    lidar None: goals are not checked against a cloud. safety None: nobody supervises.
+    """
 
     clock: Clock
     camera: Camera
@@ -199,3 +248,5 @@ class Ports:
     navigator: Navigator
     operator: Operator
     perception: Perception
+    lidar: Lidar | None = None
+    safety: Safety | None = None

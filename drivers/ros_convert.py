@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from drivers.ports import CameraFrame
-from drivers.ros_images import color_image, depth_image
+from drivers.ros_images import COMPRESSED_DEPTH_HEADER, color_image, depth_image
 from drivers.ros_images import intrinsics as intrinsics_of
 from drivers.ros_messages import Message, WireError, header, make, stamp_to_ns
 from openbelief.arrays import Array
@@ -72,6 +72,17 @@ def jpeg_message(stamp_ns: int, frame_id: str, color: Array, quality: int = 92) 
     return make("sensor_msgs/msg/CompressedImage", header=header(stamp_ns, frame_id), format=form, data=data.ravel())
 
 
+def depth_png_message(stamp_ns: int, frame_id: str, depth_m: Array) -> Message:
+    """sensor_msgs/CompressedImage of (h, w) metres: compressed_depth_image_transport's PNG of whole millimetres."""
+    millimetres = np.clip(np.rint(np.asarray(depth_m, np.float64) * 1000), 0, 65535).astype(np.uint16)
+    ok, png = cv2.imencode(".png", millimetres, [cv2.IMWRITE_PNG_COMPRESSION, 1])
+    if not ok:
+        raise WireError(f"A depth image of shape {millimetres.shape} cannot be encoded as PNG.")
+    data = np.concatenate((np.frombuffer(COMPRESSED_DEPTH_HEADER.pack(0, 0.0, 0.0), np.uint8), png.ravel()))
+    form = "16UC1; compressedDepth png"
+    return make("sensor_msgs/msg/CompressedImage", header=header(stamp_ns, frame_id), format=form, data=data)
+
+
 def _image(stamp_ns: int, frame_id: str, encoding: str, pixels: Array) -> Message:
     data = np.ascontiguousarray(pixels).view(np.uint8).ravel()
     return make(
@@ -102,7 +113,22 @@ def camera_info_message(stamp_ns: int, frame_id: str, intrinsics: Intrinsics) ->
     )
 
 
-# Map, transforms, poses
+# IMU, map, transforms, poses
+
+
+def imu_message(stamp_ns: int, frame_id: str, gyro_rad_s: Array, acceleration_m_s2: Array) -> Message:
+    """sensor_msgs/Imu without an orientation (its first covariance says so: -1)."""
+    rates, accelerations = (
+        make("geometry_msgs/msg/Vector3", x=float(v[0]), y=float(v[1]), z=float(v[2]))
+        for v in (gyro_rad_s, acceleration_m_s2)
+    )
+    return make(
+        "sensor_msgs/msg/Imu",
+        header=header(stamp_ns, frame_id),
+        orientation_covariance=np.array([-1.0, *[0.0] * 8]),
+        angular_velocity=rates,
+        linear_acceleration=accelerations,
+    )
 
 
 def grid_of(message: Message) -> OccupancyGrid:

@@ -8,13 +8,13 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
-from drivers.bridge_keys import BridgeKeys
+from drivers.bridge_keys import BridgeKeys, Keys
 from drivers.intake import Intake
-from drivers.ports import CameraFrame, Clock, LidarCloud, PoseUnavailable, StaleData
+from drivers.ports import CameraFrame, Charge, Clock, LidarCloud, PoseUnavailable, StaleData
 from drivers.ros_clouds import cloud_of
 from drivers.ros_convert import camera_frame_of, grid_of, transforms_of
-from drivers.ros_messages import Codec, Message, codec, stamp_to_ns
-from drivers.topics import CAMERA_INFO, COLOR, DEPTH, LIDAR, MAP, TF, TF_STATIC, Topic
+from drivers.ros_messages import Codec, Message, WireError, codec, stamp_to_ns
+from drivers.topics import BATTERY, CAMERA_INFO, COLOR, DEPTH, LIDAR, MAP, TF, TF_STATIC, Topic
 from drivers.transform_tree import TransformNotYet, TransformTree
 from drivers.zenoh_link import ZenohLink
 from openbelief.arrays import Array
@@ -26,7 +26,7 @@ PAIRING = 8  # colour, depth or calibration that wait for their partners, at mos
 
 
 def listen(
-    link: ZenohLink, keys: BridgeKeys, topic: Topic, use: Callable[[Message], None], shapes: Codec | None = None
+    link: ZenohLink, keys: Keys, topic: Topic, use: Callable[[Message], None], shapes: Codec | None = None
 ) -> Intake:
     """Subscribe to a topic behind the door that drops what cannot be used."""
     intake = Intake(topic.name, topic.type_name, topic.max_bytes, shapes or codec(), use)
@@ -50,7 +50,7 @@ class RosCamera:
         self,
         link: ZenohLink,
         clock: Clock,
-        keys: BridgeKeys | None = None,
+        keys: Keys | None = None,
         *,
         color: Topic = COLOR,
         depth: Topic = DEPTH,
@@ -114,7 +114,7 @@ class RosCamera:
 class RosLidar:
     """The Lidar port: the newest cloud of a PointCloud2 topic."""
 
-    def __init__(self, link: ZenohLink, clock: Clock, keys: BridgeKeys | None = None, *, topic: Topic = LIDAR) -> None:
+    def __init__(self, link: ZenohLink, clock: Clock, keys: Keys | None = None, *, topic: Topic = LIDAR) -> None:
         self._link, self._clock, self._keys, self._topic = link, clock, keys or BridgeKeys(), topic
         self._cloud: LidarCloud | None = None
         self._intake: Intake | None = None
@@ -136,10 +136,38 @@ class RosLidar:
             self._cloud = cloud
 
 
+class RosBattery:
+    """The Battery port: the newest sensor_msgs/BatteryState."""
+
+    def __init__(
+        self, link: ZenohLink, clock: Clock, keys: BridgeKeys | None = None, *, topic: Topic = BATTERY
+    ) -> None:
+        self._link, self._clock, self._keys, self._topic = link, clock, keys or BridgeKeys(), topic
+        self._charge: Charge | None = None
+        self._intake: Intake | None = None
+
+    def start(self) -> None:
+        self._intake = listen(self._link, self._keys, self._topic, self._keep)
+
+    def latest(self, max_age_s: float) -> Charge:
+        self._link.check()
+        charge, trouble = self._charge, self._intake.trouble() if self._intake else ""
+        if charge is None:
+            raise StaleData(f"No battery state yet on {self._topic.name}.{trouble}")
+        require_fresh("Battery", charge.stamp_ns, self._clock.now_ns(), max_age_s, trouble)
+        return charge
+
+    def _keep(self, message: Message) -> None:
+        fraction = float(message.percentage)
+        if not 0.0 <= fraction <= 1.0:
+            raise WireError(f"A battery's percentage should be 0 to 1, got {fraction:g}.")
+        self._charge = Charge(stamp_to_ns(message.header.stamp), fraction)
+
+
 class RosMap:
     """The Map port: the newest OccupancyGrid of a latched topic."""
 
-    def __init__(self, link: ZenohLink, keys: BridgeKeys | None = None, *, topic: Topic = MAP) -> None:
+    def __init__(self, link: ZenohLink, keys: Keys | None = None, *, topic: Topic = MAP) -> None:
         self._link, self._keys, self._topic = link, keys or BridgeKeys(), topic
         self._grid: OccupancyGrid | None = None
         self._intake: Intake | None = None
@@ -165,9 +193,7 @@ class RosPoseSource:
     patience_s: how long a stamp newer than the newest transform is waited for, by the clock; images often come first.
     """
 
-    def __init__(
-        self, link: ZenohLink, clock: Clock, keys: BridgeKeys | None = None, *, patience_s: float = 0.3
-    ) -> None:
+    def __init__(self, link: ZenohLink, clock: Clock, keys: Keys | None = None, *, patience_s: float = 0.3) -> None:
         self._link, self._clock, self._keys = link, clock, keys or BridgeKeys()
         self._patience_s = patience_s
         self._tree = TransformTree(horizon_s=10.0)

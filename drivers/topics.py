@@ -42,6 +42,8 @@ KIB, MIB = 1 << 10, 1 << 20
 IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 
 CAMERA_INFO_TYPE, CLOUD = "sensor_msgs/msg/CameraInfo", "sensor_msgs/msg/PointCloud2"
+IMU_TYPE = "sensor_msgs/msg/Imu"
+BATTERY_TYPE = "sensor_msgs/msg/BatteryState"
 TRANSFORMS, GRID = "tf2_msgs/msg/TFMessage", "nav_msgs/msg/OccupancyGrid"
 
 # fmt: off
@@ -51,12 +53,16 @@ COLOR_JPEG = Topic( "/camera/color/image_raw/compressed",        COMPRESSED,    
 DEPTH = Topic(      "/camera/aligned_depth_to_color/image_raw",  IMAGE,            15.0,  0.5,  8 * MIB, False)
 CAMERA_INFO = Topic("/camera/color/camera_info",                 CAMERA_INFO_TYPE, 15.0,  0.5,  4 * KIB, True)
 LIDAR = Topic(      "/livox/lidar",                              CLOUD,            10.0,  1.0,  8 * MIB, False)
+LIDAR_IMU = Topic(  "/livox/imu",                                IMU_TYPE,        200.0,  0.5,  4 * KIB, False)
+CAMERA_IMU = Topic( "/camera/imu",                               IMU_TYPE,        200.0,  0.5,  4 * KIB, False)
+DEPTH_PNG = Topic(  "/camera/aligned_depth_to_color/image_raw/compressedDepth", COMPRESSED, 15.0, 0.5, 4 * MIB, False)
+BATTERY = Topic(    "/battery_state",                            BATTERY_TYPE,      1.0, 10.0,  4 * KIB, True)
 TF = Topic(         "/tf",                                       TRANSFORMS,       30.0,  0.5, 64 * KIB, True)
 TF_STATIC = Topic(  "/tf_static",                                TRANSFORMS,       None, None, 64 * KIB, True,  True)
 MAP = Topic(        "/map",                                      GRID,             None, None, 64 * MIB, True,  True)
 # fmt: on
 
-TOPICS = (COLOR, COLOR_JPEG, DEPTH, CAMERA_INFO, LIDAR, TF, TF_STATIC, MAP)
+TOPICS = (COLOR, COLOR_JPEG, DEPTH, CAMERA_INFO, LIDAR, LIDAR_IMU, CAMERA_IMU, DEPTH_PNG, BATTERY, TF, TF_STATIC, MAP)
 
 NAVIGATE_TO_POSE = Action("/navigate_to_pose", "nav2_msgs/action/NavigateToPose")
 COMPUTE_PATH_TO_POSE = Action("/compute_path_to_pose", "nav2_msgs/action/ComputePathToPose")
@@ -69,3 +75,8 @@ ACTION_MAX_BYTES = 4 * MIB  # feedback, status and replies; a path of 10 000 pos
 def color_topic(name: str) -> Topic:
     """The colour topic of that ROS name: image_transport's `.../compressed` is JPEG, anything else raw."""
     return replace(COLOR_JPEG if name.endswith("/compressed") else COLOR, name=name)
+
+
+def depth_topic(name: str) -> Topic:
+    """The depth topic of that ROS name: image_transport's `.../compressedDepth` is PNG, anything else raw."""
+    return replace(DEPTH_PNG if name.endswith("/compressedDepth") else DEPTH, name=name)

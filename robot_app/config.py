@@ -6,12 +6,15 @@ import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from behaviors.policy import MissionPolicy
+from openbelief.arrays import Array
 from openbelief.parameters import Parameters
+from openbelief.pose import quaternion_from_rpy, transform
 
 Body = Literal["real", "ros", "replay", "sim"]
+Distribution = Literal["auto", "humble", "jazzy", "kilted", "lyrical"]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
@@ -37,10 +40,14 @@ class Ports(Section):
 
 
 class Zenoh(Section):
-    """Where the robot's zenoh-bridge-ros2dds (or its router) listens; with "tls/..." what `openbelief certs` made."""
+    """Where the robot's zenoh-bridge-ros2dds (or its router) listens; with "tls/..." what `openbelief certs` made.
+
+    distribution: the robot's ROS 2, whose messages differ in shape; "auto" tells it by what decodes.
+    """
 
     endpoint: str = "tcp/127.0.0.1:7447"
     namespace: str = ""
+    distribution: Distribution = "auto"
     ca: Path | None = None
     certificate: Path | None = None
     key: Path | None = None
@@ -80,6 +87,7 @@ class Topics(Section):
     lidar: str = "/livox/lidar"
     lidar_imu: str = "/livox/imu"
     camera_imu: str = "/camera/imu"
+    battery: str = "/battery_state"
     map: str = "/map"
 
 
@@ -94,7 +102,55 @@ class Sim(Section):
 
     scene: str = "flat"
     seed: int = 1
-    camera_rate_hz: Positive = 1.0
+    camera_rate_hz: Positive | None = 1.0  # None (not sayable in TOML): only when the walk asks for a picture
+
+
+class RealSense(Section):
+    """The D435i behind a camera that is "real". serial: which one, where there are several."""
+
+    serial: str | None = None
+    color_size: tuple[int, int] = (848, 480)
+    frame_id: str = "camera_color_optical_frame"
+
+
+class Livox(Section):
+    """The MID-360 behind a lidar that is "real": its address and this machine's; ports are the factory's."""
+
+    lidar_ip: str = "192.168.123.120"
+    host_ip: str = "192.168.123.164"
+    frame_id: str = "livox_frame"
+    take_control: bool = False
+
+
+class Onboard(Section):
+    """`openbelief onboard`: what it publishes for a robot without those ROS nodes. "sim": the emulated sensor.
+
+    mounts: static transforms it publishes, "parent child x y z roll pitch yaw" each (metres, radians, URDF order).
+    """
+
+    camera: Literal["off", "real", "sim"] = "off"
+    lidar: Literal["off", "real", "sim"] = "off"
+    camera_rate_hz: Positive = 15.0
+    lidar_rate_hz: Positive = 10.0
+    mounts: tuple[str, ...] = ()
+
+    @field_validator("mounts")
+    @classmethod
+    def _mounts(cls, mounts: tuple[str, ...]) -> tuple[str, ...]:
+        for text in mounts:
+            mount(text)
+        return mounts
+
+
+def mount(text: str) -> tuple[str, str, Array]:
+    """(parent, child, (4, 4) T_parent_child) of "parent child x y z roll pitch yaw"; raises ValueError."""
+    words = text.split()
+    try:
+        parent, child = words[:2]
+        x, y, z, roll, pitch, yaw = map(float, words[2:])
+        return parent, child, transform([x, y, z], quaternion_from_rpy(roll, pitch, yaw))
+    except ValueError as error:
+        raise ValueError(f"a mount is 'parent child x y z roll pitch yaw', got {text!r}") from error
 
 
 class Perception(Section):
@@ -123,6 +179,9 @@ class Config(Section):
     replay: Replay = Replay()
     sim: Sim = Sim()
     recording: Recording = Recording()
+    realsense: RealSense = RealSense()
+    livox: Livox = Livox()
+    onboard: Onboard = Onboard()
     perception: Perception = Perception()
     mission: MissionPolicy = MissionPolicy()
     parameters: Parameters = Parameters()
