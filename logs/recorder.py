@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING
@@ -38,6 +38,7 @@ class _Message:
     spec: ChannelSpec
     stamp_ns: int
     payload: bytes
+    log_time_ns: int | None = None
 
 
 class McapRecorder:
@@ -100,9 +101,15 @@ class McapRecorder:
             return "recording"
         return "closed" if self.paths else "idle"
 
-    def write_cdr(self, topic: str, type_name: str, stamp_ns: int, payload: bytes) -> None:
-        """A ROS message as it is on the wire. Raises drivers.ros_messages.WireError for an unknown type."""
-        self._write(_Message(cdr_channel(topic, type_name, latched=topic in LATCHED), stamp_ns, payload))
+    def write_cdr(
+        self, topic: str, type_name: str, stamp_ns: int, payload: bytes, *, log_time_ns: int | None = None
+    ) -> None:
+        """A ROS message as it is on the wire. Raises drivers.ros_messages.WireError for an unknown type.
+
+        log_time_ns: when it was taken, where that was before now (a queue lies between).
+        """
+        spec = cdr_channel(topic, type_name, latched=topic in LATCHED)
+        self._write(_Message(spec, stamp_ns, payload, log_time_ns))
 
     def write_json(self, topic: str, model: BaseModel, stamp_ns: int) -> None:
         """One of our own records, with its JSON Schema."""
@@ -143,7 +150,8 @@ class McapRecorder:
                 f"more than the limit of {MAX_MESSAGE_BYTES}"
             )
         with self._lock:
-            self._do(self._look_around)
+            now_ns = self._now_ns(message.log_time_ns)
+            self._do(lambda file: self._look_around(file, now_ns))
             if self._file is None:
                 self.dropped += 1
                 return
@@ -151,7 +159,8 @@ class McapRecorder:
             self._remember(message)
 
     def _put(self, file: McapFile, message: _Message) -> None:
-        file.write(message.spec, log_time_ns=self._now_ns(), stamp_ns=message.stamp_ns, payload=message.payload)
+        log_time_ns = self._now_ns(message.log_time_ns)
+        file.write(message.spec, log_time_ns=log_time_ns, stamp_ns=message.stamp_ns, payload=message.payload)
 
     def _remember(self, message: _Message) -> None:
         keep = LATCHED.get(message.spec.topic)
@@ -201,14 +210,13 @@ class McapRecorder:
     def _finish(self, file: McapFile) -> None:
         self.paths.append(file.finish())
 
-    def _look_around(self, file: McapFile) -> None:
+    def _look_around(self, file: McapFile, now_ns: int) -> None:
         """Before a message: is there room, is it time for a new file?"""
-        now_ns = self._now_ns()
         if self._disk is not None and now_ns - self._checked_ns >= self._disk.check_every_s * 1e9:
             self._checked_ns = now_ns
             self._check_disk(file, self._disk)
         if self._file is not None and self._rotation is not None and self._is_due(file, self._rotation, now_ns):
-            self._rotate(file)
+            self._rotate(file, now_ns)
 
     def _check_disk(self, file: McapFile, disk: DiskBudget) -> None:
         room, sentence = disk.room(self.path.parent)
@@ -225,22 +233,22 @@ class McapRecorder:
     def _is_due(self, file: McapFile, rotation: Rotation, now_ns: int) -> bool:
         return file.bytes_written >= rotation.every_bytes or now_ns - self._opened_ns >= rotation.every_s * 1e9
 
-    def _rotate(self, file: McapFile) -> None:
+    def _rotate(self, file: McapFile, now_ns: int) -> None:
         """Finish this file; begin the next with all that a reader of it alone needs."""
         self._finish(file)
         file_name = f"{self.path.stem}_{len(self.paths):03d}{self.path.suffix}"
         following = McapFile(self.path.with_name(file_name)).open()
         self._file = following
-        self._opened_ns = self._now_ns()
+        self._opened_ns = now_ns
         for key, values in self._metadata.items():
             following.metadata(key, values)
         for name, media_type, data in self._calibration:
             following.attach(name, media_type, data, log_time_ns=self._opened_ns)
         for newest in self._latched.values():
             for message in newest:
-                self._put(following, message)
+                self._put(following, replace(message, log_time_ns=now_ns))
 
-    def _now_ns(self) -> int:
-        """The clock's time, never less than before: a file's log times do not run backwards."""
-        self._last_ns = max(self._last_ns, self._clock.now_ns())
+    def _now_ns(self, taken_ns: int | None = None) -> int:
+        """When a message was taken, else the clock's time; never less than before: log times do not run backwards."""
+        self._last_ns = max(self._last_ns, self._clock.now_ns() if taken_ns is None else taken_ns)
         return self._last_ns

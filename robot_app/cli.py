@@ -10,12 +10,14 @@ from typing import Any, NoReturn
 
 VERBS = {
     "demo": "the whole loop in simulation, then its replay",
+    "record": "record a walk from the configured sources",
     "map": "build a memory from a recording",
     "query": "rank the objects of a memory for a phrase, with the evidence",
     "why": "every phrase, weight, frame and mask behind an object",
     "rebuild": "new belief parameters over the same evidence",
     "run": "live: missions from a configuration",
     "ask": "one mission, from the terminal",
+    "onboard": "on the robot: the watchdog, and sensors as ROS topics",
     "replay": "re-run a trial's decisions without a robot",
     "trials": "list recorded trials and their outcomes",
     "recover": "rewrite what a truncated recording still holds",

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+from logs.queued import QueuedRecorder
 from logs.recorder import McapRecorder
 from logs.tap import TopicTap
 from robot_app.app import open_robot
 from robot_app.config import Config
-from sim_fakes.walk import keyframes
+from robot_app.simulation import Simulation
+from sim_fakes.walk import STUCK_S, keyframes
 
-FRAME_EVERY_M, FRAME_EVERY_DEG = 0.4, 20.0
+FRAME_EVERY_M, FRAME_EVERY_DEG = 0.7, 30.0
 
 
 def record_walk(config: Config, path: Path, on_frame: Callable[[int], None]) -> int:
@@ -19,20 +21,45 @@ def record_walk(config: Config, path: Path, on_frame: Callable[[int], None]) -> 
 
     Returns the number of pictures. Raises RuntimeError where the walk is blocked.
     """
-    only_when_asked = config.model_copy(update={"sim": config.sim.model_copy(update={"camera_rate_hz": 1e-3})})
+    only_when_asked = config.model_copy(update={"sim": config.sim.model_copy(update={"camera_rate_hz": None})})
     with open_robot(only_when_asked) as robot:
         simulation, site = robot.site.simulation, robot.site
         if simulation is None:
             raise ValueError("Only a simulated robot walks by itself.")
-        with McapRecorder(path, robot.clock) as recorder:
-            TopicTap(site.wires["sim"].link, robot.clock, recorder).start()
+        with McapRecorder(path, robot.clock) as recorder, QueuedRecorder(recorder, robot.clock) as queue:
+            TopicTap(site.wires["sim"].link, queue).start()
             frames = 0
             waypoints = simulation.world.walk
             for _ in keyframes(
                 simulation.robot, simulation.clock, waypoints, spacing_m=FRAME_EVERY_M, turn_deg=FRAME_EVERY_DEG
             ):
                 simulation.site.topics.look()
+                queue.drain()
                 frames += 1
                 on_frame(frames)
             simulation.clock.sleep(0.2)  # the transforms around the last picture
             return frames
+
+
+class Walker:
+    """The same walk, a step at a time: `step` sends the robot on where it stands, and is False at the walk's end."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._robot, self._clock = simulation.robot, simulation.clock
+        self._waypoints = iter(simulation.world.walk)
+        self._deadline_ns = 0
+
+    def step(self) -> bool:
+        """Raises RuntimeError where the walk is blocked."""
+        if self._robot.blocked:
+            raise RuntimeError(f"The walk is blocked. {self._robot.blocked}")
+        if self._robot.moving:
+            if self._clock.now_ns() > self._deadline_ns:
+                raise RuntimeError(f"The walk did not reach its next waypoint within {STUCK_S:.0f} s.")
+            return True
+        waypoint = next(self._waypoints, None)
+        if waypoint is None:
+            return False
+        self._robot.follow(waypoint.xy[None], waypoint.yaw)
+        self._deadline_ns = self._clock.now_ns() + round(STUCK_S * 1e9)
+        return True
