@@ -13,7 +13,9 @@ import numpy as np
 from drivers.bridge_keys import BridgeKeys
 from drivers.clock import SystemClock
 from drivers.nav2_bridge import Nav2Bridge
-from drivers.ports import Camera, Clock, Lidar, Map, Navigator, Operator, Ports, PoseSource
+from drivers.ports import Camera, Clock, Lidar, Map, Navigator, Operator, PortError, Ports, PoseSource
+from drivers.realsense import RealSenseCamera
+from drivers.realsense_frames import RealSenseSettings
 from drivers.ros_topics import RosCamera, RosLidar, RosMap, RosPoseSource
 from drivers.topics import CAMERA_INFO, DEPTH, LIDAR, MAP, color_topic
 from drivers.zenoh_link import LinkConfig, ZenohLink
@@ -42,6 +44,8 @@ class Site:
     recording: RecordingPorts | None
     simulation: Simulation | None
     new_uuid: Callable[[], bytes]
+    config: Config
+    opened: ExitStack  # what a body opens closes with the robot
 
 
 @dataclass(frozen=True)
@@ -124,6 +128,8 @@ def _site(config: Config, opened: ExitStack) -> Site:
         recording=recording,
         simulation=simulated,
         new_uuid=_seeded_uuids(sim.seed) if simulated else lambda: uuid.uuid4().bytes,
+        config=config,
+        opened=opened,
     )
 
 
@@ -178,6 +184,16 @@ def _navigator(site: Site, word: str, poses: PoseSource, grid: Map) -> Navigator
     return bridge
 
 
+def _real_camera(site: Site) -> Camera:
+    """Raises PortError where there is no usable RealSense, or no real clock to time it by."""
+    if site.simulation is not None:
+        raise PortError(
+            'A real camera cannot keep a simulated robot\'s time: set every port that says "sim" to another.'
+        )
+    settings = RealSenseSettings(**site.config.realsense.model_dump())
+    return site.opened.enter_context(RealSenseCamera(settings, site.clock))
+
+
 def _replayed(name: str) -> Callable[[Site], Any]:
     def body(site: Site) -> Any:
         if site.recording is None:
@@ -193,6 +209,7 @@ def _on(word: str, body: Callable[..., Any]) -> Callable[..., Any]:
 
 # (port, word in robot.toml) -> the body. A simulated robot is the ROS driver in front of the simulated wire.
 BODIES: dict[tuple[str, str], Callable[..., Any]] = {
+    ("camera", "real"): _real_camera,
     **{(port, "replay"): _replayed(port) for port in ("camera", "lidar", "pose", "map")},
     **{
         (port, word): _on(word, body)
