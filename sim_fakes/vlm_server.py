@@ -2,7 +2,10 @@
 
     python -m sim_fakes.vlm_server --answers answers.json --port 8000
 
+    python -m sim_fakes.vlm_server --recording walk.mcap --perception walk.perception.jsonl --port 8000
+
 ANSWERS.json maps the sha256 of a picture's bytes, as sent, to the reply's text; "*" is the reply to any other picture.
+Of a recording it says what its recorded perception says.
 Requests misbehave as --behave says, one word a request, then all is well. Every request leaves a line in --log.
 """
 
@@ -12,9 +15,11 @@ import argparse
 import base64
 import hashlib
 import json
+import os
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
@@ -37,6 +42,23 @@ class StandIn(ThreadingHTTPServer):
         self.behaviours: Iterator[str] = iter(())
         self.delay_s = 0.0
         self._lock = threading.Lock()
+        self._busy, self._idle = 0, threading.Condition()
+
+    @contextmanager
+    def at_work(self) -> Iterator[None]:
+        """Around an answer, to its last byte and its line in the log."""
+        with self._idle:
+            self._busy += 1
+        yield
+        with self._idle:
+            self._busy -= 1
+            self._idle.notify_all()
+
+    def die(self) -> None:
+        """Like kill -9, once no other answer is half sent: which ones were given is then known."""
+        with self._idle:
+            self._idle.wait_for(lambda: self._busy == 1)
+            os._exit(1)
 
     def next_behaviour(self) -> str:
         with self._lock:
@@ -76,9 +98,10 @@ class Handler(BaseHTTPRequestHandler):
         name = hashlib.sha256(picture).hexdigest()
         word, _, argument = self.server.next_behaviour().partition(":")
         self.server.note(picture=name, behaviour=word, temperature=request.get("temperature"))
-        time.sleep(self.server.delay_s)
-        BEHAVIOURS[word](self, argument, self.server.answers.get(name, self.server.answers.get("*", "")))
-        self.server.note(picture=name, answered=word)
+        with self.server.at_work():
+            time.sleep(self.server.delay_s)
+            BEHAVIOURS[word](self, argument, self.server.answers.get(name, self.server.answers.get("*", "")))
+            self.server.note(picture=name, answered=word)
 
     def log_message(self, format: str, *args: Any) -> None:
         """Silent: --log has it."""
@@ -136,6 +159,7 @@ BEHAVIOURS: dict[str, Callable[[Handler, str, str], None]] = {
     "other": lambda handler, *_: handler.raw(b'{"choices": []}'),
     "cut": lambda handler, *_: handler.raw(b'{"choices": [{"mess', claimed=4000),
     "drop": lambda handler, *_: handler.drop(),
+    "die": lambda handler, *_: handler.server.die(),
 }
 
 
@@ -154,19 +178,30 @@ def _error(message: str) -> dict[str, Any]:
     return {"error": {"message": message, "type": "error", "code": None}}
 
 
+def answers_of(options: argparse.Namespace) -> dict[str, str]:
+    """The table that the command line asks for."""
+    if options.recording:
+        from sim_fakes.recorded_answers import recorded_answers
+
+        return recorded_answers(options.recording, options.perception, stride=options.stride)
+    return dict(json.loads(options.answers.read_text())) if options.answers else {"*": "a chair\na table"}
+
+
 def main() -> None:
     """Print the address, then serve until killed."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--port", type=int, default=0, help="0: any that is free")
     parser.add_argument("--answers", type=Path, help="JSON: sha256 of the picture's bytes -> reply")
+    parser.add_argument("--recording", type=Path, help="answer for the pictures of this recording")
+    parser.add_argument("--perception", type=Path, help="the recorded perception that says what is in them")
+    parser.add_argument("--stride", type=int, default=1, help="only every Nth frame of it")
     parser.add_argument("--model", default=SERVED_MODEL)
     parser.add_argument("--key", help="the only API key that is let in")
     parser.add_argument("--behave", default="", help=f"words of {', '.join(BEHAVIOURS)}, separated by |")
     parser.add_argument("--delay-s", type=float, default=0.0, help="how long each answer takes")
     parser.add_argument("--log", type=Path, help="a JSON line per request and per answer")
     options = parser.parse_args()
-    answers = json.loads(options.answers.read_text()) if options.answers else {"*": "a chair\na table"}
-    server = StandIn(options.port, answers, options.model, options.key, options.log)
+    server = StandIn(options.port, answers_of(options), options.model, options.key, options.log)
     server.behaviours, server.delay_s = iter(filter(None, options.behave.split("|"))), options.delay_s
     print(f"http://127.0.0.1:{server.server_port}/v1", flush=True)
     server.serve_forever()

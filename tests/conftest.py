@@ -152,6 +152,10 @@ class VlmServer:
         self._process.kill()
         self._process.communicate()
 
+    def restart_when_dead(self) -> None:
+        self._process.wait()
+        self.restart()
+
     def restart(self) -> None:
         """On the same port, with nothing to misbehave left."""
         self.start(self.port, "--behave", "")

@@ -83,5 +83,5 @@ def test_a_profile_that_cannot_work_is_refused_in_one_line(old, new, words, prof
 
 
 def test_a_profile_that_is_not_there_is_named():
-    with pytest.raises(Failure, match="nowhere.toml: cannot be read"):
+    with pytest.raises(Failure, match=r"nowhere\.toml: cannot be read"):
         load_profile("nowhere.toml")
