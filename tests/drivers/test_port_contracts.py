@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 
+from drivers.clock import SystemClock
 from drivers.ports import (
     Camera,
     CameraFrame,
@@ -22,11 +24,14 @@ from drivers.ports import (
     PoseUnavailable,
     StaleData,
 )
+from drivers.realsense import RealSenseCamera
+from drivers.realsense_frames import RealSenseSettings
 from drivers.ros_clouds import cloud_message
 from drivers.ros_convert import grid_message
 from drivers.topics import COLOR, LIDAR, TF
 from openbelief.pose import Pose2
 from openbelief.traversability import OccupancyGrid
+from sim_fakes.realsense_software import Fault, TwinSpec, TwinState, box_images, open_twin
 from sim_fakes.recording_ports import RecordingPorts
 from sim_fakes.sim_clock import SimClock
 
@@ -69,8 +74,31 @@ def replay(name: str) -> Callable[[pytest.FixtureRequest], Body]:
     return make
 
 
+class SkippingClock(SystemClock):
+    """The real clock, on which sleeping is instant."""
+
+    skipped_ns = 0
+
+    def now_ns(self) -> int:
+        return super().now_ns() + self.skipped_ns
+
+    def sleep(self, seconds: float) -> None:
+        self.skipped_ns += round(seconds * 1e9)
+
+
+def realsense(request: pytest.FixtureRequest) -> Body:
+    """The body over librealsense, in its own process, with the simulated twin inside."""
+    clock, state = SkippingClock(), TwinState()
+    opener = partial(open_twin, box_images, TwinSpec(), state)
+    camera = RealSenseCamera(RealSenseSettings(), clock, open_device=opener)
+    request.addfinalizer(camera.close)
+    camera.start()
+    request.getfixturevalue("eventually")(lambda: camera.health().domain is not None, within_s=20)
+    return Body(camera, clock, lambda: setattr(state, "fault", Fault.SILENT))
+
+
 BODIES: dict[str, dict[str, Callable[[pytest.FixtureRequest], Body]]] = {
-    "camera": {"ros": ros("camera", COLOR.name), "replay": replay("camera")},
+    "camera": {"ros": ros("camera", COLOR.name), "replay": replay("camera"), "realsense": realsense},
     "lidar": {"ros": ros("lidar", LIDAR.name), "replay": replay("lidar")},
     "poses": {"ros": ros("poses", TF.name), "replay": replay("pose")},
     "map": {"ros": ros("map"), "replay": replay("map")},
