@@ -11,6 +11,8 @@ import importlib
 
 BENCHES = {
     "livox": "the MID-360 receiver at 200 000 points/s: share of a core, packets lost",
+    "watchdog": "the workstation killed, stopped, cut off: seconds until the cancel reaches Nav2",
+    "record": "recording RGB-D, lidar and IMU at full rate: messages lost, share of the cores, disk",
 }
 EXAMPLE = "openbelief bench livox --seconds 5"
 
