@@ -15,9 +15,10 @@ from openbelief.perception.sentence import SentenceEncoder
 from robot_app.config import Config, Sim, dump_config
 from robot_app.mapping import MapJob, Progress, run_map
 from robot_app.missions import open_missions
-from robot_app.pictures import write_pictures
+from robot_app.pictures import Backdrop, write_pictures
 from robot_app.trials import Replayed, replay_trial
 from robot_app.walking import record_walk
+from sim_fakes.renderer import Renderer
 from sim_fakes.world import World
 
 
@@ -120,10 +121,15 @@ def ask_and_replay(config: Config, files: Files, query: str, tell: Callable[[str
     same = "identical" if replayed.difference is None else f"different: {replayed.difference}"
     tell(f"Replayed {len(replayed.decisions)} decisions from {files.trial}: {same}.")
     memory = ObjectMemory.open(files.memory, text_encoder=SentenceEncoder())
-    pictures = write_pictures(replayed.trial.entries, memory, files.pictures)
+    pictures = write_pictures(replayed.trial.entries, memory, files.pictures, scene_from_above(config.sim.scene))
     tell(f"Pictures: {', '.join(picture.name for picture in pictures)} in {files.pictures}.")
     paths = {name: getattr(files, name) for name in ("walk", "truth", "memory", "config", "trial", "pictures")}
     return Demo(outcome, replayed, paths)
+
+
+def scene_from_above(scene: str) -> Backdrop:
+    image, low_xy, high_xy = Renderer(World.load(scene)).top_view(60)
+    return Backdrop(image, (float(low_xy[0]), float(low_xy[1])), (float(high_xy[0]), float(high_xy[1])))
 
 
 class Narrator:

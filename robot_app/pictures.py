@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 from drivers.ports import CameraFrame
 from logs import trial_records as records
 from logs.journal import Entry
+from openbelief.arrays import Array
 from openbelief.memory import ObjectMemory
 from openbelief.node import ObjectNode
 from openbelief.traversability import OccupancyGrid
@@ -27,32 +30,46 @@ VERDICT_COLOUR = {"confirmed": CONFIRMED, "rejected": REJECTED, "set aside": ASI
 CHECKS = (("visibility", "visible"), ("semantic", "says so"), ("geometric", "stands there"))
 
 
-def write_pictures(entries: Sequence[Entry], memory: ObjectMemory, folder: Path) -> list[Path]:
+@dataclass(frozen=True)
+class Backdrop:
+    """A picture from above to draw on: (h, w, 3) uint8 RGB, its corners in the map frame, metres."""
+
+    image: Array
+    low_xy: tuple[float, float]
+    high_xy: tuple[float, float]
+
+
+def write_pictures(
+    entries: Sequence[Entry], memory: ObjectMemory, folder: Path, backdrop: Backdrop | None = None
+) -> list[Path]:
     """`top_view.png` and one `arrival_K.png` for each look at a candidate; the files written, in that order."""
     folder.mkdir(parents=True, exist_ok=True)
-    figures = {"top_view.png": top_view(entries, memory)}
+    figures = {"top_view.png": top_view(entries, memory, backdrop)}
     figures |= {f"arrival_{k}.png": view for k, view in enumerate(arrival_views(entries, memory), start=1)}
     for name, figure in figures.items():
         figure.savefig(folder / name, dpi=110, facecolor=PAPER)
     return [folder / name for name in figures]
 
 
-def top_view(entries: Sequence[Entry], memory: ObjectMemory) -> Figure:
-    """The map with every object, the walked way, the goals, and the candidates in the colour of their verdict."""
-    figure, axes = _canvas(11, 7.5)
+def top_view(entries: Sequence[Entry], memory: ObjectMemory, backdrop: Backdrop | None = None) -> Figure:
+    """The map with every object, the driven way, the goals, and the candidates in the colour of their verdict."""
+    figure, axes = _canvas(10, 9)
     grid = next((e.attached for e in entries if isinstance(e.attached, OccupancyGrid)), None)
-    if grid is not None:
+    if backdrop is not None:
+        (x0, y0), (x1, y1) = backdrop.low_xy, backdrop.high_xy
+        axes.imshow(backdrop.image, extent=(x0, x1, y0, y1))
+    elif grid is not None:
         _draw_grid(axes, grid)
     verdicts = _verdicts(entries)
     for node in memory.objects:
-        if node.id not in verdicts:
-            _draw_object(axes, node, FAINT, 0.35)
+        if node.id not in verdicts and not node.background:
+            _draw_object(axes, node, "none", 0.7)
     _draw_way(axes, entries)
     for order, (object_id, verdict) in enumerate(verdicts.items(), start=1):
         _draw_candidate(axes, memory.objects[object_id], order, verdict)
     query, end = _last(entries, records.Query), _last(entries, records.Ended)
     title = f"“{query.sentence}”" if query else "trial"
-    axes.set_title(f"{title}   {end.end}: {end.reason}" if end else title, color=INK, fontsize=12, loc="left")
+    axes.set_title(_wrapped(f"{title}  {end.end}: {end.reason}" if end else title, 100), color=INK, loc="left")
     axes.set_xlabel("x in the map, m", color=INK)
     axes.set_ylabel("y in the map, m", color=INK)
     axes.set_aspect("equal")
@@ -74,10 +91,14 @@ def arrival_views(entries: Sequence[Entry], memory: ObjectMemory) -> Iterable[Fi
 
 
 def _arrival_view(checks: records.Checks, frame: CameraFrame, segments: records.Segments, node: ObjectNode) -> Figure:
-    from matplotlib.gridspec import GridSpec
+    from matplotlib.figure import Figure
 
-    figure, axes = _canvas(12, 5.6, GridSpec(1, 2, width_ratios=[2.1, 1])[0, 0])
-    axes.imshow(_with_masks(frame, segments, checks.mask_index))
+    figure = Figure(figsize=(12, 5.4), layout="constrained")
+    axes, beside = figure.subplots(1, 2, width_ratios=[2.1, 1])
+    axes.imshow(frame.color)
+    for segment in segments.masks:
+        best = segment.index == checks.mask_index
+        axes.contour(segment.mask().pixels, [0.5], colors=[CONFIRMED if best else PAPER], linewidths=2.5 if best else 1)
     axes.set_axis_off()
     for segment in segments.masks:
         pixels = segment.mask().pixels
@@ -95,7 +116,7 @@ def _arrival_view(checks: records.Checks, frame: CameraFrame, segments: records.
                 bbox={"boxstyle": "round", "facecolor": INK, "edgecolor": "none", "alpha": 0.75 if best else 0.45},
             )
     axes.set_title(f"at object {node.id}, mapped as “{_label(node)}”", color=INK, loc="left")
-    _draw_checks(figure.add_subplot(GridSpec(1, 2, width_ratios=[2.1, 1])[0, 1]), checks)
+    _draw_checks(beside, checks)
     return figure
 
 
@@ -116,7 +137,7 @@ def _draw_checks(axes: Axes, checks: records.Checks) -> None:
     axes.text(
         0,
         0.1,
-        _wrapped(f"{checks.verdict}: {checks.reason}"),
+        _wrapped(f"{checks.verdict}: {checks.reason}", 46),
         color=CONFIRMED if passed else REJECTED,
         fontsize=10,
         va="top",
@@ -185,17 +206,6 @@ def _verdicts(entries: Sequence[Entry]) -> dict[int, str]:
     return verdicts
 
 
-def _with_masks(frame: CameraFrame, segments: records.Segments, best: int | None) -> Any:
-    image = frame.color.astype(np.float64)
-    colours = np.random.default_rng(3).uniform(60, 230, (64, 3))
-    for segment in segments.masks:
-        pixels = segment.mask().pixels
-        strong = segment.index == best
-        colour = np.array([27.0, 138.0, 90.0]) if strong else colours[segment.index % 64]
-        image[pixels] = (0.45 if strong else 0.7) * image[pixels] + (0.55 if strong else 0.3) * colour
-    return image.astype(np.uint8)
-
-
 def _label(node: ObjectNode) -> str:
     return max(node.concepts, key=lambda c: c.support).label if node.concepts else "unnamed"
 
@@ -204,14 +214,12 @@ def _last(entries: Sequence[Entry], kind: type[Kind]) -> Kind | None:
     return next((e.record for e in reversed(entries) if isinstance(e.record, kind)), None)
 
 
-def _wrapped(text: str) -> str:
-    import textwrap
-
-    return "\n".join(textwrap.wrap(text, 46))
+def _wrapped(text: str, width: int) -> str:
+    return "\n".join(textwrap.wrap(text, width))
 
 
-def _canvas(width: float, height: float, where: Any = 111) -> tuple[Figure, Axes]:
+def _canvas(width: float, height: float) -> tuple[Figure, Axes]:
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, height), layout="constrained")
-    return figure, figure.add_subplot(where)
+    return figure, figure.add_subplot()
