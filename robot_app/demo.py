@@ -68,6 +68,10 @@ class Files:
         return self.folder / "trial.mcap"
 
     @property
+    def log(self) -> Path:
+        return self.folder / "log.jsonl"
+
+    @property
     def pictures(self) -> Path:
         return self.folder / "pictures"
 
@@ -76,7 +80,7 @@ def run_demo(folder: Path, query: str, scene: str, seed: int, progress: Progress
     """Leaves everything in `folder`. Raises Failure, PortError, SceneError or ValueError with a sentence."""
     files = Files(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    for old in (files.walk, files.memory, files.trial):
+    for old in (files.walk, files.memory, files.trial, files.log, *files.pictures.glob("*.png")):
         old.unlink(missing_ok=True)
     config = Config(
         memory=files.memory,
@@ -123,7 +127,7 @@ def ask_and_replay(config: Config, files: Files, query: str, tell: Callable[[str
     memory = ObjectMemory.open(files.memory, text_encoder=SentenceEncoder())
     pictures = write_pictures(replayed.trial.entries, memory, files.pictures, scene_from_above(config.sim.scene))
     tell(f"Pictures: {', '.join(picture.name for picture in pictures)} in {files.pictures}.")
-    paths = {name: getattr(files, name) for name in ("walk", "truth", "memory", "config", "trial", "pictures")}
+    paths = {name: getattr(files, name) for name in ("walk", "truth", "memory", "config", "trial", "log", "pictures")}
     return Demo(outcome, replayed, paths)
 
 

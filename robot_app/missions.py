@@ -8,7 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from behaviors.events import Outcome
-from drivers.ports import Operator
+from drivers.clock import SystemClock
+from drivers.ports import Clock, Operator
+from logs.structured import configure
 from openbelief.memory import ObjectMemory
 from robot_app.app import Robot, mission_perception, mission_text_encoder, open_robot
 from robot_app.config import Config, ConfigError, dump_config
@@ -59,5 +61,17 @@ def open_missions(config: Config, operator: Operator) -> Iterator[Missions]:
     if config.memory is None:
         raise ConfigError('no memory is named: say memory = "site.belief" (openbelief map makes one)')
     memory = ObjectMemory.open(config.memory, text_encoder=mission_text_encoder(config))
-    with open_robot(config) as robot:
+    with open_robot(config) as robot, _log_file(config.trials / "log.jsonl", robot.clock):
         yield Missions(config, robot, memory, config.memory, operator)
+
+
+@contextmanager
+def _log_file(path: Path, clock: Clock) -> Iterator[None]:
+    """The structured log of these missions goes beside their trials; the screen is the operator's."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("a", encoding="utf-8", buffering=1) as stream:
+        configure(clock, stream, json_lines=True)
+        try:
+            yield
+        finally:
+            configure(SystemClock())
