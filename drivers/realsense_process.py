@@ -122,14 +122,14 @@ def _stream(
     stream = Stream(device, settings)
     try:
         connection.send(Opened(stream.start()))
-        desk = _Desk(connection, slots, stream)
+        desk = Desk(connection, slots, stream)
         while desk.obey(orders):
             desk.serve()
     finally:
         stream.close()
 
 
-class _Desk:
+class Desk:
     """Hands over one image at a time."""
 
     def __init__(self, connection: Connection, slots: Slots, stream: Stream) -> None:
