@@ -19,7 +19,7 @@ from openbelief.perception.cache import CachedPerception
 from openbelief.perception.patience import Stopped
 from openbelief.perception.stages import Stage, StagedPerception
 
-LEAVE_S = 10.0  # for frames that have their phrases already; what takes longer is given up
+LEAVE_S = 5.0  # for frames that have their phrases already; a request to a server may hang for a minute
 
 
 @dataclass
@@ -91,13 +91,19 @@ class LookAhead:
         if kind is not None:
             self._perception.close()
         self._window.release()  # the feeder may stand at the window
-        for thread in [self._feeder] if self._feeder else []:
-            thread.join(LEAVE_S)
+        farewell = Thread(target=self._see_off, daemon=True)
+        farewell.start()
+        farewell.join(LEAVE_S)
+
+    def _see_off(self) -> None:
+        """Stage by stage, so that what one still has in hand reaches the next."""
+        if self._feeder is not None:
+            self._feeder.join()
         for inbox, workers in zip(self._inboxes, self._workers, strict=True):
             for _ in workers:
                 inbox.put(None)
             for worker in workers:
-                worker.join(LEAVE_S)
+                worker.join()
 
     def _feed(self, frames: Iterable[RgbdFrame]) -> None:
         try:

@@ -1,12 +1,18 @@
 from __future__ import annotations
 
+import io
+import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from logs.structured import configure
+from openbelief.observation import Intrinsics, RgbdFrame
+from openbelief.perception.recorded import RecordedPerception
 from openbelief.perception.sentence import SentenceEncoder
 from robot_app.cli import Failure
-from robot_app.perceptions import kind_of, text_encoder_of
+from robot_app.perceptions import kind_of, open_perception, text_encoder_of
 from robot_app.profiles import BUILT_IN, load_profile, open_profile
 
 PROFILE = """
@@ -54,6 +60,20 @@ def test_parts_are_found_beside_the_profile(profile, start_vlm, monkeypatch):
     assert perception.id.startswith("paper[vlm stand-in-vl, prompt 1 (")
     assert perception.id.count("recorded:walk.perception.jsonl@") == 2
     assert isinstance(text_encoder_of(f"paper:{profile}"), SentenceEncoder)
+
+
+def test_a_mission_gets_the_same_perception_with_its_looks_timed(profile, start_vlm, monkeypatch):
+    answer = {"*": "red box\ngreen box\nblue box"}
+    profile.write_text(PROFILE.replace("http://127.0.0.1:8000/v1", start_vlm(answers=answer).endpoint))
+    stream = io.StringIO()
+    configure(NoClock(), stream, json_lines=True)
+    perception = open_perception(f"paper:{profile}", SentenceEncoder())
+    stamp_ns = min(RecordedPerception(profile.parent / "walk.perception.jsonl").stamps)
+    camera = Intrinsics(160, 120, 120.0, 120.0, 79.5, 59.5)
+    frame = RgbdFrame(0, stamp_ns, np.zeros((120, 160, 3), np.uint8), np.ones((120, 160)), camera, np.eye(4))
+    assert {mask.phrase for mask in perception.perceive(frame)} <= {"red box", "green box", "blue box"}
+    line = json.loads(stream.getvalue())
+    assert list(line["seconds"]) == ["phrases", "segments", "features"] and line["budget_s"] == 6.0
 
 
 RECORDED = "recorded:walk.perception.jsonl"

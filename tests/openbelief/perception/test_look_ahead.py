@@ -183,3 +183,15 @@ def test_no_thread_stays_behind(look):
             ahead.perceive(each)
             raise KeyboardInterrupt
     assert set(threading.enumerate()) == before
+
+
+def test_a_request_that_hangs_does_not_hold_up_the_leaving(look, monkeypatch, tmp_path):
+    monkeypatch.setattr("openbelief.perception.look_ahead.LEAVE_S", 0.2)
+    hanging = threading.Event()
+    with pytest.raises(KeyboardInterrupt), look(Steps(lambda name, i: i == 3 and hanging.wait(WAIT_S))) as ahead:
+        for each in ahead.over(map(frame, range(9))):
+            if ahead.perceive(each)[0].phrase == "thing 2":
+                raise KeyboardInterrupt
+    assert not hanging.is_set()
+    hanging.set()
+    assert RecordedPerception(tmp_path / "cache.jsonl").stamps >= {100, 101, 102}
