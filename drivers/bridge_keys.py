@@ -1,10 +1,35 @@
-"""Zenoh keys of ROS names as zenoh-bridge-ros2dds builds them. Another bridge (rmw_zenoh) is another such class."""
+"""Zenoh keys of ROS names: what a bridge must say, and how zenoh-bridge-ros2dds says it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 from drivers.topics import Action, Service, Topic
+
+
+class Keys(Protocol):
+    """Every key that the drivers use. Another way for ROS to cross Zenoh (rmw_zenoh) is another such class."""
+
+    def topic(self, topic: Topic) -> str:
+        """Samples of a topic."""
+        ...
+
+    def service(self, service: Service) -> str:
+        """Queries to a service."""
+        ...
+
+    def action(self, action: Action, part: str) -> str:
+        """part: send_goal, get_result, cancel_goal (queries), feedback, status (samples)."""
+        ...
+
+    def bridge_token(self, zid: str) -> str:
+        """Liveliness token of what stands between ROS and Zenoh; zid "*" for any."""
+        ...
+
+    def action_token(self, action: Action, zid: str = "*") -> str:
+        """Liveliness token of an action server."""
+        ...
 
 
 @dataclass(frozen=True)

@@ -4,18 +4,27 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from typing import Protocol
 
-from drivers.ros_messages import Codec, Message
+from drivers.ros_messages import Message
 
 logger = logging.getLogger(__name__)
+
+
+class Decoder(Protocol):
+    """A `Codec`, or `Shapes` that find out which codec it takes."""
+
+    def decode(self, payload: bytes, type_name: str) -> Message: ...
 
 
 class Intake:
     """A subscriber's callback. `use` gets every good message; a ValueError it raises drops the message too."""
 
-    def __init__(self, what: str, type_name: str, max_bytes: int, codec: Codec, use: Callable[[Message], None]) -> None:
+    def __init__(
+        self, what: str, type_name: str, max_bytes: int, decoder: Decoder, use: Callable[[Message], None]
+    ) -> None:
         self._what, self._type_name, self._max_bytes = what, type_name, max_bytes
-        self._codec, self._use = codec, use
+        self._decoder, self._use = decoder, use
         self.received = 0
         self.dropped = 0
         self.reason = ""  # of the newest drop
@@ -25,7 +34,7 @@ class Intake:
             self.drop(f"{len(payload)} bytes are more than the {self._max_bytes} allowed.")
             return
         try:
-            self._use(self._codec.decode(payload, self._type_name))
+            self._use(self._decoder.decode(payload, self._type_name))
         except ValueError as error:  # WireError, ImageRefused
             self.drop(str(error))
         else:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from drivers import ros_action as action
-from drivers.bridge_keys import BridgeKeys
+from drivers.bridge_keys import BridgeKeys, Keys
 from drivers.nav2_goal import Goal
 from drivers.nav2_result import REJECTED, navigation_result, path_plan, result_from_status
 from drivers.nav2_signs import Nav2Signs
@@ -23,7 +23,8 @@ from drivers.ports import (
 )
 from drivers.ros_action import ActionClient
 from drivers.ros_convert import pose_message
-from drivers.ros_messages import Message, codec
+from drivers.ros_messages import Message
+from drivers.ros_shapes import AUTO, shapes_of
 from drivers.topics import COMPUTE_PATH_TO_POSE, NAVIGATE_TO_POSE
 from drivers.zenoh_link import ZenohLink
 from openbelief.pose import Pose2
@@ -49,6 +50,7 @@ class Nav2Bridge:
     """The Navigator port over Zenoh.
 
     new_uuid gives each goal its 16 bytes. poses and grid are the ports whose freshness is part of "Nav2 is up".
+    distribution: a ROS distribution's name, or "auto" for the one whose shapes decode.
     """
 
     def __init__(
@@ -59,13 +61,14 @@ class Nav2Bridge:
         grid: Map,
         *,
         new_uuid: Callable[[], bytes],
-        keys: BridgeKeys | None = None,
-        distribution: str = "jazzy",
+        keys: Keys | None = None,
+        distribution: str = AUTO,
         limits: Nav2Limits | None = None,
     ) -> None:
         self._link, self._clock, self._new_uuid = link, clock, new_uuid
         self._limits = limits or Nav2Limits()
-        keys, shapes = keys or BridgeKeys(), codec(distribution)
+        keys, shapes = keys or BridgeKeys(), shapes_of(distribution)
+        self._shapes = shapes
         self._navigate = ActionClient(link, keys, NAVIGATE_TO_POSE, shapes)
         self._planner = ActionClient(link, keys, COMPUTE_PATH_TO_POSE, shapes)
         self.signs = Nav2Signs(link, keys, shapes, poses, grid, pose_age_s=self._limits.pose_age_s)
@@ -76,6 +79,11 @@ class Nav2Bridge:
         """Begin to hear status, feedback and liveliness; all of it ends with the link."""
         self._navigate.listen(self._on_feedback, self._on_status)
         self.signs.start()
+
+    @property
+    def distributions(self) -> tuple[str, ...]:
+        """The ROS distributions that agree with all that Nav2 said so far; "jazzy" stands for Kilted too."""
+        return self._shapes.distributions
 
     # The Navigator port
 
@@ -207,12 +215,12 @@ class Nav2Bridge:
     def _cancel(self, track: Goal, because: str) -> NavigationResult:
         try:
             answer = self._navigate.cancel(track.uuid, self._limits.cancel_s)
-            code = None if answer.message is None else int(answer.message.return_code)
+            code = _cancel_code(answer.message, track.uuid)
             if code == action.CANCEL_OK:
                 return NavigationResult(NavigationStatus.CANCELED, f"The goal was cancelled: {because}.")
             if code == action.CANCEL_TERMINATED or (code is not None and track.status in action.TERMINAL):
                 return self._had_ended(track)
-            return self._cancel_all(because, code)
+            return self._cancel_all(track, because, code)
         except LinkLost as error:
             return NavigationResult(NavigationStatus.STILL_MOVING, f"{error} {STILL_MOVING}")
 
@@ -225,11 +233,15 @@ class Nav2Bridge:
             return result_from_status(track.status, replaced=track.replaced)
         return NavigationResult(NavigationStatus.LOST, "The goal had ended before it was cancelled; how is not known.")
 
-    def _cancel_all(self, because: str, code: int | None) -> NavigationResult:
+    def _cancel_all(self, track: Goal, because: str, code: int | None) -> NavigationResult:
         if code is None:
             self._clock.sleep(0.05)  # a link that just dropped may be back
         answer = self._navigate.cancel(action.ALL_GOALS, self._limits.cancel_s)
-        if answer.message is None or answer.message.return_code == action.CANCEL_REJECTED:
+        if code == action.CANCEL_REJECTED:  # it knows the goal: it must say that it cancels it
+            refused = _cancel_code(answer.message, track.uuid) != action.CANCEL_OK
+        else:
+            refused = answer.message is None or answer.message.return_code == action.CANCEL_REJECTED
+        if refused:
             why = answer.why or "Nav2 refused"
             return NavigationResult(NavigationStatus.STILL_MOVING, f"The cancel was not taken: {why}. {STILL_MOVING}")
         if code == action.CANCEL_UNKNOWN_GOAL:
@@ -249,3 +261,12 @@ class Nav2Bridge:
         self._statuses = statuses
         if self._goal is not None:
             self._goal.hear_status(statuses, self._clock.now_ns())
+
+
+def _cancel_code(response: Message | None, uuid: bytes) -> int | None:
+    """The answer to a cancel; "ok" that does not name the goal cancels nothing (rclpy's way of refusing)."""
+    if response is None:
+        return None
+    named = any(bytes(info.goal_id.uuid) == uuid for info in response.goals_canceling)
+    code = int(response.return_code)
+    return action.CANCEL_REJECTED if code == action.CANCEL_OK and not named else code

@@ -6,10 +6,10 @@ import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from drivers.bridge_keys import BridgeKeys
+from drivers.bridge_keys import Keys
 from drivers.ports import LinkLost, Map, PortError, PoseSource
 from drivers.ros_action import service_client
-from drivers.ros_messages import Codec
+from drivers.ros_shapes import Shapes
 from drivers.topics import IS_ACTIVE, NAVIGATE_TO_POSE
 from drivers.zenoh_link import ZenohLink
 
@@ -29,10 +29,10 @@ class Nav2Signs:
     """Reads the signs in the order in which they depend on each other."""
 
     def __init__(
-        self, link: ZenohLink, keys: BridgeKeys, codec: Codec, poses: PoseSource, grid: Map, *, pose_age_s: float
+        self, link: ZenohLink, keys: Keys, shapes: Shapes, poses: PoseSource, grid: Map, *, pose_age_s: float
     ) -> None:
         self._link, self._keys, self._poses, self._grid, self._pose_age_s = link, keys, poses, grid, pose_age_s
-        self._is_active = service_client(link, keys, IS_ACTIVE, codec)
+        self._is_active = service_client(link, keys, IS_ACTIVE, shapes)
         self._servers: set[str] = set()
         self._bridges: set[str] = set()
         self._lock = threading.Lock()

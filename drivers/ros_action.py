@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drivers.bridge_keys import BridgeKeys
+from drivers.bridge_keys import Keys
 from drivers.intake import Intake
 from drivers.ros_messages import Codec, Message, WireError
+from drivers.ros_shapes import Shapes
 from drivers.topics import ACTION_MAX_BYTES, Action, Service
 from drivers.zenoh_link import Replies, ZenohLink
 
@@ -31,12 +32,16 @@ class Answer:
 class ServiceClient:
     """Asks one ROS service; an action is three of them."""
 
-    def __init__(self, link: ZenohLink, key: str, type_name: str, codec: Codec) -> None:
-        self._link, self._key, self._type_name, self._codec = link, key, type_name, codec
+    def __init__(self, link: ZenohLink, key: str, type_name: str, shapes: Shapes) -> None:
+        self._link, self._key, self._type_name, self._shapes = link, key, type_name, shapes
 
     def ask(self, timeout_s: float, **fields: Message) -> Answer:
         """Wait for the reply, `timeout_s` of wall time at most. Raises LinkLost where our own session is closed."""
-        return self._answer(self._link.get(self._key, self._request(fields), timeout_s))
+        return self.ask_with(self._request(fields), timeout_s)
+
+    def ask_with(self, payload: bytes, timeout_s: float) -> Answer:
+        """The same for a request that is encoded already."""
+        return self._answer(self._link.get(self._key, payload, timeout_s))
 
     def ask_later(self, timeout_s: float, use: Callable[[Answer], None], **fields: Message) -> None:
         """The same without waiting."""
@@ -44,7 +49,7 @@ class ServiceClient:
         self._link.get_later(self._key, payload, timeout_s, lambda replies: use(self._answer(replies)))
 
     def _request(self, fields: dict[str, Message]) -> bytes:
-        return self._codec.encode(self._codec.make(f"{self._type_name}_Request", **fields))
+        return self._shapes.encode(self._shapes.make(f"{self._type_name}_Request", **fields))
 
     def _answer(self, replies: Replies) -> Answer:
         """An empty list is ambiguous: no such service, a request it could not read, or a link that died."""
@@ -61,31 +66,44 @@ class ServiceClient:
         if len(payload) > ACTION_MAX_BYTES:
             return Answer(None, f"the answer has {len(payload)} bytes, more than the {ACTION_MAX_BYTES} allowed")
         try:
-            return Answer(self._codec.decode(payload, f"{self._type_name}_Response"))
+            return Answer(self._shapes.decode(payload, f"{self._type_name}_Response"))
         except WireError as error:
             return Answer(None, f"the answer cannot be read: {error}")
 
 
-def service_client(link: ZenohLink, keys: BridgeKeys, service: Service, codec: Codec) -> ServiceClient:
-    return ServiceClient(link, keys.service(service), service.type_name, codec)
+def service_client(link: ZenohLink, keys: Keys, service: Service, shapes: Shapes) -> ServiceClient:
+    return ServiceClient(link, keys.service(service), service.type_name, shapes)
 
 
 class ActionClient:
     """Asks one ROS action server behind the bridge and hears what it says."""
 
-    def __init__(self, link: ZenohLink, keys: BridgeKeys, action: Action, codec: Codec) -> None:
-        self.action, self._link, self._keys, self._codec = action, link, keys, codec
+    def __init__(self, link: ZenohLink, keys: Keys, action: Action, shapes: Shapes) -> None:
+        self.action, self._link, self._keys, self._shapes = action, link, keys, shapes
         self._send = self._service("send_goal", f"{action.type_name}_SendGoal")
         self._result = self._service("get_result", f"{action.type_name}_GetResult")
         self._cancel = self._service("cancel_goal", CANCEL)
 
     def _service(self, part: str, type_name: str) -> ServiceClient:
-        return ServiceClient(self._link, self._keys.action(self.action, part), type_name, self._codec)
+        return ServiceClient(self._link, self._keys.action(self.action, part), type_name, self._shapes)
 
     def send_goal(self, uuid: bytes, timeout_s: float, **goal: Message) -> Answer:
-        """SendGoal_Response. The same uuid sent twice cannot run twice."""
-        message = self._codec.make(f"{self.action.type_name}_Goal", **goal)
-        return self._send.ask(timeout_s, goal_id=self._uuid(uuid), goal=message)
+        """SendGoal_Response. The same uuid sent twice cannot run twice.
+
+        A goal whose shape differs between the distributions left is asked in each, in their order, until one answers.
+        """
+        answer = Answer(None)
+        for payload, shapes in self._shapes.encodings(lambda codec: self._goal(codec, uuid, goal)).items():
+            answer = self._send.ask_with(payload, timeout_s)
+            if answer.message is not None:
+                if answer.message.accepted:
+                    self._shapes.keep(shapes)
+                break
+        return answer
+
+    def _goal(self, codec: Codec, uuid: bytes, fields: dict[str, Message]) -> Message:
+        goal = codec.make(f"{self.action.type_name}_Goal", **fields)
+        return codec.make(f"{self.action.type_name}_SendGoal_Request", goal_id=self._uuid(uuid), goal=goal)
 
     def get_result(self, uuid: bytes, timeout_s: float) -> Answer:
         """GetResult_Response; the server answers when the goal has ended, at once where it knows no such goal."""
@@ -109,13 +127,13 @@ class ActionClient:
         self._link.subscribe(self._keys.action(self.action, "status"), array, history=True)
 
     def _intake(self, part: str, type_name: str, use: Callable[[Message], None]) -> Intake:
-        return Intake(f"{self.action.name} {part}", type_name, ACTION_MAX_BYTES, self._codec, use)
+        return Intake(f"{self.action.name} {part}", type_name, ACTION_MAX_BYTES, self._shapes, use)
 
     def _info(self, uuid: bytes) -> Message:
-        return self._codec.make("action_msgs/msg/GoalInfo", goal_id=self._uuid(uuid))
+        return self._shapes.make("action_msgs/msg/GoalInfo", goal_id=self._uuid(uuid))
 
     def _uuid(self, uuid: bytes) -> Message:
-        return self._codec.make("unique_identifier_msgs/msg/UUID", uuid=np.frombuffer(uuid, np.uint8))
+        return self._shapes.make("unique_identifier_msgs/msg/UUID", uuid=np.frombuffer(uuid, np.uint8))
 
 
 def statuses(array: Message) -> dict[bytes, int]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import struct
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -108,8 +109,13 @@ def codec(distribution: str = "jazzy") -> Codec:
     """The codec of a distribution (`DISTRIBUTIONS`); the first call takes 75-240 ms."""
     if distribution not in BASE:
         raise WireError(f"ROS distribution should be one of {', '.join(DISTRIBUTIONS)}, got {distribution!r}.")
+    return codec_with(distribution, definitions(distribution))
+
+
+def codec_with(distribution: str, texts: Mapping[str, str]) -> Codec:
+    """A codec of a distribution's own types and those of `texts`: type name -> definition, in order of need."""
     store = get_typestore(BASE[distribution])
-    for name, text in definitions(distribution).items():
+    for name, text in texts.items():
         try:
             [fields] = get_types_from_msg(text, name).values()
             store.register({name: fields})  # under our name: rosbags would write a service's as pkg/srv/msg/Name

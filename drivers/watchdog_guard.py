@@ -10,7 +10,7 @@ from collections.abc import Callable
 from drivers import ros_action as action
 from drivers.bridge_keys import BridgeKeys
 from drivers.ros_action import ActionClient, Answer
-from drivers.ros_messages import codec
+from drivers.ros_shapes import AUTO, shapes_of
 from drivers.topics import NAVIGATE_TO_POSE
 from drivers.watchdog import Action, Facts, State, Watchdog
 from drivers.watchdog_wire import (
@@ -40,12 +40,12 @@ class WatchdogGuard:
         link: ZenohLink,
         keys: BridgeKeys | None = None,
         *,
-        distribution: str = "jazzy",
+        distribution: str = AUTO,
         now_ns: Callable[[], int] = time.monotonic_ns,
     ) -> None:
         keys = keys or BridgeKeys()
         self._link, self._keys, self._now_ns = link, WatchdogKeys(keys), now_ns
-        self._navigate = ActionClient(link, keys, NAVIGATE_TO_POSE, codec(distribution))
+        self._navigate = ActionClient(link, keys, NAVIGATE_TO_POSE, shapes_of(distribution))
         self._watchdog = Watchdog()
         self._beats: dict[str, int] = {}
         self._gone: dict[str, int] = {}

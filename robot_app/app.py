@@ -28,11 +28,12 @@ from sim_fakes.recording_ports import RecordingPorts
 
 @dataclass(frozen=True)
 class Wire:
-    """One end of a Zenoh link: the session, the key names and the topic names behind it."""
+    """One end of a Zenoh link: the session, the key names, the topic names and the ROS distribution behind it."""
 
     link: ZenohLink
     keys: BridgeKeys
     topics: Topics
+    distribution: str = "auto"
 
 
 @dataclass(frozen=True)
@@ -121,7 +122,7 @@ def _site(config: Config, opened: ExitStack) -> Site:
         wires["sim"] = Wire(opened.enter_context(ZenohLink(site.link_config)), BridgeKeys(), Topics())
     if config.ports.uses("ros"):
         link = opened.enter_context(ZenohLink(LinkConfig((config.zenoh.endpoint,), tls=config.zenoh.tls)))
-        wires["ros"] = Wire(link, BridgeKeys(config.zenoh.namespace), config.topics)
+        wires["ros"] = Wire(link, BridgeKeys(config.zenoh.namespace), config.topics, config.zenoh.distribution)
     return Site(
         clock=simulated.clock if simulated else SystemClock(),
         wires=wires,
@@ -179,7 +180,9 @@ def _map(site: Site, word: str) -> Map:
 
 def _navigator(site: Site, word: str, poses: PoseSource, grid: Map) -> Navigator:
     wire = _wire(site, word)
-    bridge = Nav2Bridge(wire.link, site.clock, poses, grid, new_uuid=site.new_uuid, keys=wire.keys)
+    bridge = Nav2Bridge(
+        wire.link, site.clock, poses, grid, new_uuid=site.new_uuid, keys=wire.keys, distribution=wire.distribution
+    )
     bridge.start()
     return bridge
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from drivers import ros_action as action
 from drivers.ros_messages import Message, WireError, codec
-from drivers.topics import COMPUTE_PATH_TO_POSE, IS_ACTIVE, NAVIGATE_TO_POSE
+from drivers.topics import COMPUTE_PATH_TO_POSE, IS_ACTIVE, NAVIGATE_TO_POSE, Action
 from openbelief.arrays import Array
 from openbelief.g1 import BODY_RADIUS_M
 from openbelief.pose import Pose2
@@ -64,8 +64,7 @@ class SimNav2Server:
         self._bridge, self._clock, self._robot = bridge, clock, robot
         self.faults = faults or Nav2Faults()
         self._grids = [grid.inflated(BODY_RADIUS_M + margin) for margin in MARGINS_M]
-        self._codec = codec(distribution)
-        self._say = Nav2Messages(self._codec)
+        self.speak(distribution)
         self._goals: dict[bytes, ServedGoal] = {}
         self._plans: dict[bytes, Message] = {}
         self._kept: list[Question] = []  # lost on purpose: a query ends when nobody holds it
@@ -75,11 +74,11 @@ class SimNav2Server:
 
     def start(self) -> None:
         """Declare everything and begin to drive."""
-        self._serve(NAVIGATE_TO_POSE.name, "send_goal", self._send_goal)
-        self._serve(NAVIGATE_TO_POSE.name, "get_result", self._get_result)
-        self._serve(NAVIGATE_TO_POSE.name, "cancel_goal", self._cancel_goal)
-        self._serve(COMPUTE_PATH_TO_POSE.name, "send_goal", self._send_plan)
-        self._serve(COMPUTE_PATH_TO_POSE.name, "get_result", self._get_plan)
+        self._serve(NAVIGATE_TO_POSE, "send_goal", self._send_goal)
+        self._serve(NAVIGATE_TO_POSE, "get_result", self._get_result)
+        self._serve(NAVIGATE_TO_POSE, "cancel_goal", self._cancel_goal)
+        self._serve(COMPUTE_PATH_TO_POSE, "send_goal", self._send_plan)
+        self._serve(COMPUTE_PATH_TO_POSE, "get_result", self._get_plan)
         self._bridge.answer(self._bridge.keys.service(IS_ACTIVE), self._is_active)
         self._bridge.offer(NAVIGATE_TO_POSE)
         self._bridge.offer(COMPUTE_PATH_TO_POSE)
@@ -87,6 +86,11 @@ class SimNav2Server:
         self._clock.every(TICK_S, self._tick)
 
     # What a drill can do
+
+    def speak(self, distribution: str) -> None:
+        """From now on in the shapes of that ROS distribution."""
+        self._codec = codec(distribution)
+        self._say = Nav2Messages(self._codec)
 
     def preempt(self, uuid: bytes = bytes(15) + b"\x01") -> None:
         """Another client sends a goal to where the robot stands."""
@@ -104,8 +108,8 @@ class SimNav2Server:
 
     # Questions
 
-    def _serve(self, name: str, part: str, handler: Callable[[Question], None]) -> None:
-        key = f"{self._bridge.keys.name(name)}/_action/{part}"
+    def _serve(self, served: Action, part: str, handler: Callable[[Question], None]) -> None:
+        key = self._bridge.keys.action(served, part)
 
         def serve(question: Question) -> None:
             try:

@@ -12,7 +12,7 @@ from typing import Any
 import zenoh
 from zenoh import ext
 
-from drivers.bridge_keys import BridgeKeys
+from drivers.bridge_keys import BridgeKeys, Keys
 from drivers.topics import Action, Topic
 from drivers.zenoh_link import LinkConfig
 
@@ -42,7 +42,7 @@ class SimBridge:
     `flush` runs after each batch of samples: a Fence registers there, so that the driver has seen all of them.
     """
 
-    def __init__(self, endpoint: str, keys: BridgeKeys | None = None) -> None:
+    def __init__(self, endpoint: str, keys: Keys | None = None) -> None:
         self.keys = keys or BridgeKeys()
         self._config = LinkConfig((endpoint,)).zenoh()
         self._config.insert_json5("timestamping/enabled", "true")  # latched publishers need it

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from drivers.bridge_keys import BridgeKeys
+from drivers.bridge_keys import Keys
 from drivers.nav2_bridge import Nav2Bridge, Nav2Limits
 from drivers.ports import LidarCloud, NavigationResult
 from drivers.ros_topics import RosCamera, RosLidar, RosMap, RosPoseSource
@@ -75,13 +75,17 @@ class Rig:
 
 @pytest.fixture
 def make_rig() -> Iterator[Callable[..., Rig]]:
-    """A factory of rigs: ports started, the robot's end not yet (`rig.start()`)."""
+    """A factory of rigs: ports started, the robot's end not yet (`rig.start()`).
+
+    distribution: the robot's. expected: what the driver is told of it.
+    """
     with ExitStack() as opened:
 
         def make(
             *,
-            keys: BridgeKeys | None = None,
+            keys: Keys | None = None,
             distribution: str = "jazzy",
+            expected: str = "auto",
             limits: Nav2Limits = QUICK,
             through: Callable[[str], str] = lambda endpoint: endpoint,
             seed: int = 7,
@@ -111,7 +115,7 @@ def make_rig() -> Iterator[Callable[..., Rig]]:
                 grid,
                 new_uuid=lambda: uuids.bytes(16),
                 keys=keys,
-                distribution=distribution,
+                distribution=expected,
                 limits=limits,
             )
             for port in (*ports, grid, nav):

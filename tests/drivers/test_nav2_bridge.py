@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from drivers.bridge_keys import BridgeKeys
-from drivers.ports import NavigationStatus, PortError
+from drivers.ports import LinkLost, NavigationStatus, PortError
 from drivers.ros_messages import DISTRIBUTIONS
 from openbelief.pose import Pose2
 
@@ -128,15 +128,83 @@ def test_everything_works_below_a_namespace(make_rig):
     assert made.camera.latest(2.0).color.shape == (480, 640, 3)
 
 
+@pytest.mark.parametrize("by_hand", [False, True])
 @pytest.mark.parametrize("distribution", DISTRIBUTIONS)
-def test_every_distribution_drives_plans_and_fails(make_rig, distribution):
-    made = make_rig(distribution=distribution)
+def test_every_distribution_drives_plans_and_fails(make_rig, distribution, by_hand):
+    made = make_rig(distribution=distribution, expected=distribution if by_hand else "auto")
     made.start()
     assert made.nav.plan(GOAL).length_m > 2.0
     made.nav.send(GOAL)
     assert made.until_end().status == NavigationStatus.SUCCEEDED
+    assert made.nav.feedback() is not None
     made.nav.send(Pose2(5.5, 3.5, 0.0))
     assert made.until_end().status == NavigationStatus.ABORTED
+
+
+@pytest.mark.parametrize(
+    ("distribution", "told"),
+    [("humble", "humble"), ("jazzy", "jazzy"), ("kilted", "jazzy"), ("lyrical", "lyrical")],
+)
+def test_one_drive_tells_the_distribution(make_rig, distribution, told):
+    made = make_rig(distribution=distribution)
+    made.start()
+    assert len(made.nav.distributions) > 1, "nothing that differs was said yet"
+    made.nav.send(GOAL)
+    made.until_end()
+    assert made.nav.distributions == (told,)
+
+
+def test_a_nav2_that_comes_back_as_another_distribution_is_still_understood(make_rig):
+    made = make_rig(distribution="humble")
+    made.start()
+    made.nav.send(GOAL)
+    made.until_end()
+    made.site.nav2.speak("jazzy")
+    made.nav.send(Pose2(5.5, 3.5, 0.0))
+    result = made.until_end()
+    assert (result.status, result.code) == (NavigationStatus.ABORTED, 208)
+    assert "humble" not in made.nav.distributions
+
+
+def test_a_distribution_set_wrong_is_an_end_all_the_same(make_rig):
+    made = make_rig(distribution="humble", expected="jazzy")
+    made.start()
+    made.nav.send(GOAL)
+    assert made.until_end().status == NavigationStatus.SUCCEEDED, "the status is enough"
+    with pytest.raises(LinkLost, match="cannot be read"):
+        made.nav.plan(GOAL)
+
+
+class OtherKeys:
+    """Keys as rmw_zenoh builds them, with Humble's word for a type's hash; its attachments are another matter."""
+
+    def topic(self, topic):
+        return f"0/{topic.name.strip('/')}/{self._type(topic.type_name)}"
+
+    def service(self, service):
+        return f"0/{service.name.strip('/')}/{self._type(service.type_name)}"
+
+    def action(self, action, part):
+        return f"0/{action.name.strip('/')}/_action/{part}/{self._type(f'{action.type_name}_{part}')}"
+
+    def bridge_token(self, zid):
+        return f"@ros2_lv/0/{zid}/node"
+
+    def action_token(self, action, zid="*"):
+        return f"@ros2_lv/0/{zid}/action/{action.name.strip('/').replace('/', '%')}"
+
+    def _type(self, name):
+        package, kind, short = name.split("/")
+        return f"{package}::{kind}::dds_::{short}_/TypeHashNotSupported"
+
+
+def test_keys_of_another_bridge_are_another_class(make_rig):
+    made = make_rig(keys=OtherKeys())
+    made.start()
+    made.nav.send(GOAL)
+    assert made.until_end().status == NavigationStatus.SUCCEEDED
+    assert made.nav.plan(Pose2(2.0, 1.0, 0.0)).length_m > 1.0
+    assert made.camera.latest(2.0).color.shape == (480, 640, 3)
 
 
 def test_goals_carry_stamp_zero_so_that_skewed_clocks_do_no_harm(rig):

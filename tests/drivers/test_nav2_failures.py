@@ -327,8 +327,10 @@ def test_two_routers_get_two_ports():
 # Cancelling
 
 
-def test_a_refused_cancel_ends_in_a_warning(under_way):
-    under_way.site.nav2_faults.cancel_code = 1
+@pytest.mark.parametrize("code", [0, 1])
+def test_a_refused_cancel_ends_in_a_warning(under_way, code):
+    """rclcpp's servers refuse with code 1, rclpy's with code 0 and no goal in the answer."""
+    under_way.site.nav2_faults.cancel_code = code
     result = under_way.nav.cancel(because="stop")
     assert result.status == NavigationStatus.STILL_MOVING and USE_THE_REMOTE in result.reason
 

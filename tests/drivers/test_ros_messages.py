@@ -17,8 +17,9 @@ from openbelief.traversability import OccupancyGrid
 NAVIGATE, PLAN = "nav2_msgs/action/NavigateToPose_", "nav2_msgs/action/ComputePathToPose_"
 UUID = list(range(16))
 
-# Serialised by rclpy with nav2_msgs Jazzy; padding is arbitrary.
-# The ComputePathToPose request stands as ROS writes it: one copy in circulation lacks three zero bytes in `start`.
+# Serialised by rclpy with nav2_msgs Jazzy; padding is arbitrary. All but the ComputePathToPose request: the copy of it
+# that was handed down lacks three bytes of padding in `start`. Here it is put together of what rclpy writes for its
+# parts: the two poses as in nav_msgs/srv/GetPlan (144 bytes, which tests/ros_peer asks a real rclpy), a string, a bool.
 GOLDEN = {
     "send_goal request": (
         NAVIGATE + "SendGoal_Request",
