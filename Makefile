@@ -2,8 +2,9 @@
 PYTHON ?= python3.11
 PY := .venv/bin/python
 READY := .venv/.ready
+PEER := .venv-ros/.ready
 
-.PHONY: demo test lint setup docs pins clean
+.PHONY: demo test lint ros-peer setup docs pins clean
 
 demo: $(READY)
 	.venv/bin/openbelief demo --out demo-out
@@ -16,6 +17,10 @@ lint: $(READY)
 	$(PY) -m ruff format --check .
 	$(PY) -m mypy
 	.venv/bin/lint-imports
+
+# Our drivers against a real ROS 2 (rclpy, Fast-DDS), which lives in a venv of its own.
+ros-peer: $(READY) $(PEER)
+	timeout 420 $(PY) -m pytest tests/ros_peer
 
 docs: $(READY)
 	$(PY) scripts/write_docs.py
@@ -30,10 +35,17 @@ $(READY): requirements/dev.txt requirements/runtime.in pyproject.toml
 	$(PY) scripts/check_system.py
 	@touch $@
 
+$(PEER): requirements/ros-peer.txt
+	rm -rf .venv-ros
+	$(PYTHON) -m venv .venv-ros
+	.venv-ros/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/ros-peer.txt
+	@touch $@
+
 # Maintainers: re-resolve the pins (hashes, no addresses).
 pins: $(READY)
 	$(PY) -m pip install --quiet uv
 	for name in runtime dev; do $(PY) -m uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --no-annotate requirements/$$name.in -o requirements/$$name.txt; done
+	$(PY) -m uv pip compile --quiet --python-version 3.11 --generate-hashes --no-header --no-annotate requirements/ros-peer.in -o requirements/ros-peer.txt
 
 clean:
-	rm -rf .venv demo-out build *.egg-info
+	rm -rf .venv .venv-ros demo-out build *.egg-info
