@@ -22,6 +22,7 @@ VERBS = {
     "trials": "list recorded trials and their outcomes",
     "recover": "rewrite what a truncated recording still holds",
     "eval": "score a memory against ground truth",
+    "certs": "keys, certificates and Zenoh configurations of a site",
     "bench": "measure this machine under a part's full load",
 }
 
