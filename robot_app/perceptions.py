@@ -46,6 +46,16 @@ def _scripted(scene: str, text_encoder: TextEncoder, seed: int) -> Perception:
         raise Failure(f"--perception scripted:{scene}: {error}") from error
 
 
+def _detector(folder: str, text_encoder: TextEncoder, seed: int) -> Perception:  # noqa: ARG001
+    from openbelief.perception.detector import open_detector
+    from openbelief.perception.onnx_session import ModelFileError
+
+    try:
+        return open_detector(folder)
+    except ModelFileError as error:
+        raise Failure(str(error)) from error
+
+
 def _paper(profile: str, text_encoder: TextEncoder, seed: int) -> Perception:  # noqa: ARG001
     from drivers.clock import SystemClock
     from robot_app.profiles import open_profile
@@ -77,6 +87,7 @@ def _tell(sentence: str) -> None:
 KINDS = {
     "recorded": PerceptionKind(_recorded, "FILE.jsonl", expensive=False),
     "scripted": PerceptionKind(_scripted, "SCENE.json", expensive=True),
+    "detector": PerceptionKind(_detector, "FOLDER", expensive=True),
     "paper": PerceptionKind(
         _paper, "PROFILE.toml", expensive=True, optional=True, live=_paper_live, text_encoder=_paper_text_encoder
     ),
