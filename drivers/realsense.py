@@ -32,9 +32,10 @@ from drivers.realsense_frames import (
 from drivers.realsense_imu import ImuPairing
 from drivers.realsense_keeper import Keeper
 from drivers.realsense_process import OpenDevice, Slots, attached, camera_process
-from drivers.realsense_time import DeviceTime
+from drivers.realsense_time import DeviceTime, WallTime
 from drivers.realsense_watchdog import Phase, Watchdog, WatchdogLimits
 
+AHEAD_S = 0.25  # librealsense needs seconds to follow a step of the system clock
 KEPT_FRAMES = 30  # one second
 KEPT_IMU = 2500  # ten seconds at 250 Hz
 
@@ -85,7 +86,7 @@ class RealSenseCamera:
         self._newest: RealSenseFrame | None = None
         self._frames: deque[RealSenseFrame] = deque(maxlen=KEPT_FRAMES)
         self._imu: deque[ImuSample] = deque(maxlen=KEPT_IMU)
-        self._times: dict[TimestampDomain, DeviceTime] = {}
+        self._wall_time, self._device_time = WallTime(clock), DeviceTime()
         self._pairing = ImuPairing()
 
     def start(self) -> None:
@@ -130,6 +131,8 @@ class RealSenseCamera:
             raise StaleData(
                 f"The newest camera image is {age_s:.2f} s old, {max_age_s:.2f} s are allowed.{self._trouble()}"
             )
+        if age_s < -AHEAD_S:
+            raise StaleData(f"The newest camera image is {-age_s:.2f} s ahead of our clock: did the system clock jump?")
         return frame
 
     def take_frames(self) -> list[RealSenseFrame]:
@@ -177,7 +180,7 @@ class RealSenseCamera:
 
     def _spawn(self, reset: bool) -> tuple[SpawnProcess, Connection]:
         """A restarted camera is a new one: its clock and its IMU's begin anew."""
-        self._times, self._pairing = {}, ImuPairing()
+        self._device_time, self._pairing = DeviceTime(), ImuPairing()
         ours, theirs = self._processes.Pipe()
         process = self._processes.Process(
             target=camera_process,
@@ -207,7 +210,7 @@ class RealSenseCamera:
 
     def _copied(self, message: FrameReady, depth: ColorDepth) -> RealSenseFrame:
         return RealSenseFrame(
-            stamp_ns=self._time(message.domain, message.device_stamp_ns, message.sent_ns),
+            stamp_ns=self._time(message.domain, message.device_stamp_ns),
             color=self._slots.color[message.slot].copy(),
             depth_m=depth.metres(self._slots.depth[message.slot]),
             intrinsics=self.info.intrinsics,
@@ -223,7 +226,7 @@ class RealSenseCamera:
         completed = [done for motion in message.motions for done in self._pairing.add(motion)]
         return [
             ImuSample(
-                self._time(gyro.domain, gyro.device_stamp_ns, message.sent_ns),
+                self._time(gyro.domain, gyro.device_stamp_ns),
                 np.array(gyro.value),
                 acceleration,
                 gyro.device_stamp_ns,
@@ -232,8 +235,9 @@ class RealSenseCamera:
             for gyro, acceleration in completed
         ]
 
-    def _time(self, domain: TimestampDomain, device_ns: int, sent_ns: int) -> int:
-        """A stamp in our clock. Global and system stamps are this machine's wall clock, as `sent_ns` is."""
-        time = self._times.setdefault(domain, DeviceTime())
-        time.observe(device_ns if domain is TimestampDomain.HARDWARE else sent_ns, self._clock.now_ns())
-        return time.to_ours(device_ns)
+    def _time(self, domain: TimestampDomain, device_ns: int) -> int:
+        """A stamp in our clock."""
+        if domain is not TimestampDomain.HARDWARE:
+            return self._wall_time.to_ours(device_ns)
+        self._device_time.observe(device_ns, self._clock.now_ns())
+        return self._device_time.to_ours(device_ns)

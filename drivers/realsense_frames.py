@@ -137,11 +137,10 @@ class Opened:
 
 @dataclass(frozen=True)
 class Beat:
-    """Alive, whether or not an image came. sent_ns: this machine's wall clock."""
+    """Alive, whether or not an image came."""
 
     counts: StreamCounts
     motions: tuple[Motion, ...]
-    sent_ns: int
 
 
 @dataclass(frozen=True)
@@ -154,7 +153,6 @@ class FrameReady:
     color_number: int
     depth_number: int
     domain: TimestampDomain
-    sent_ns: int
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,6 @@ import os
 import queue
 import signal
 import threading
-import time
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -157,7 +156,7 @@ class Desk:
             self._hand_over(pair)
         gate = self._gate
         counts = StreamCounts(gate.frames, gate.lost, self._stream.unpaired, gate.frozen, self._no_slot)
-        self._connection.send(Beat(counts, tuple(self._stream.motions()), time.time_ns()))
+        self._connection.send(Beat(counts, tuple(self._stream.motions())))
 
     def _hand_over(self, pair: ImagePair) -> None:
         if not self._free:
@@ -173,6 +172,5 @@ class Desk:
                 pair.color_number,
                 pair.depth_number,
                 pair.domain,
-                time.time_ns(),
             )
         )

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from drivers.clock import SystemClock
-from drivers.ports import Camera, LinkLost, PortError, StaleData
+from drivers.ports import Camera, Clock, LinkLost, PortError, StaleData
 from drivers.realsense import RealSenseCamera
 from drivers.realsense_frames import RealSenseSettings, TimestampDomain
 from drivers.realsense_watchdog import WatchdogLimits
@@ -35,9 +35,9 @@ def state() -> TwinState:
 def make_camera(state) -> Iterator[Callable[..., RealSenseCamera]]:
     with ExitStack() as opened:
 
-        def make(spec: TwinSpec = SPEC, limits: WatchdogLimits = QUICK) -> RealSenseCamera:
+        def make(spec: TwinSpec = SPEC, limits: WatchdogLimits = QUICK, clock: Clock | None = None) -> RealSenseCamera:
             opener = partial(open_twin, box_images, spec, state)
-            camera = RealSenseCamera(RealSenseSettings(), SystemClock(), open_device=opener, limits=limits)
+            camera = RealSenseCamera(RealSenseSettings(), clock or SystemClock(), open_device=opener, limits=limits)
             opened.callback(camera.close)
             camera.start()
             return camera
@@ -128,6 +128,26 @@ def test_no_camera_is_refused_by_start(make_camera, state) -> None:
     state.fault = Fault.UNPLUGGED
     with pytest.raises(PortError, match="No RealSense"):
         make_camera()
+
+
+class JumpingClock(SystemClock):
+    """The real clock, put back at will."""
+
+    ahead_ns = 0
+
+    def now_ns(self) -> int:
+        return super().now_ns() + self.ahead_ns
+
+
+def test_an_image_from_the_future_is_not_fresh(make_camera, sees, eventually, state) -> None:
+    clock = JumpingClock()
+    camera = make_camera(clock=clock)
+    sees(camera)
+    state.fault = Fault.SILENT
+    eventually(lambda: clock.now_ns() - camera.latest(60).stamp_ns > 400_000_000)  # none is on its way any more
+    clock.ahead_ns = -60_000_000_000
+    with pytest.raises(StaleData, match="ahead of our clock"):
+        camera.latest(1.0)
 
 
 MISSION = """

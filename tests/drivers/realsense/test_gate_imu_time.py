@@ -10,7 +10,7 @@ import pytest
 from drivers.realsense_frames import ImagePair, Motion, TimestampDomain
 from drivers.realsense_gate import NewsGate
 from drivers.realsense_imu import ImuPairing
-from drivers.realsense_time import WINDOW_NS, DeviceTime
+from drivers.realsense_time import WINDOW_NS, DeviceTime, WallTime
 
 MS = 1_000_000
 GLOBAL = TimestampDomain.GLOBAL
@@ -103,3 +103,36 @@ def test_a_clock_that_drifts_away_is_followed() -> None:
 def test_before_anything_arrived_the_clock_is_unknown() -> None:
     with pytest.raises(ValueError, match="unknown"):
         DeviceTime().to_ours(0)
+
+
+class Hands:
+    """Our clock and the wall's, moved by hand; each reading of ours takes `slow_ns`."""
+
+    def __init__(self) -> None:
+        self.ours_ns, self.wall, self.slow_ns = 50 * MS, 9_000 * MS, 0
+
+    def now_ns(self) -> int:
+        self.ours_ns += self.slow_ns
+        return self.ours_ns
+
+    def sleep(self, seconds: float) -> None:
+        self.ours_ns, self.wall = self.ours_ns + round(seconds * 1e9), self.wall + round(seconds * 1e9)
+
+
+def test_wall_stamps_keep_their_distances_and_follow_a_step() -> None:
+    hands = Hands()
+    time = WallTime(hands, lambda: hands.wall)
+    assert time.to_ours(8_990 * MS) == 40 * MS
+    hands.sleep(1)
+    hands.wall += MS  # the error of a reading: the stamps stay evenly spaced
+    assert time.to_ours(9_990 * MS) == 1_040 * MS
+    hands.wall -= 3_600_000 * MS  # an hour's step: stamps of the new time are as young as they were
+    assert time.to_ours(hands.wall - 10 * MS) == hands.ours_ns - 10 * MS
+
+
+def test_an_interrupted_reading_changes_nothing() -> None:
+    hands = Hands()
+    time = WallTime(hands, lambda: hands.wall)
+    time.to_ours(9_000 * MS)
+    hands.slow_ns = 30 * MS
+    assert time.to_ours(9_000 * MS) == 50 * MS
