@@ -22,6 +22,7 @@ def write(folder: Path, text: str) -> Path:
         ("[mission]\ncamera_max_age_s = inf", "camera_max_age_s"),
         ("[mission]\nmotion = 'always'", "mission.motion"),
         ("[ports]\ncamera = 'replay'", "name the recording"),
+        ("[zenoh]\ndistribution = 'indigo'", "zenoh.distribution"),
         ("[ports\n", "cannot be read as TOML"),
     ],
 )
