@@ -43,8 +43,12 @@ class Vlm(Section):
 
 
 class Arrival(Section):
-    """With a robot waiting, there is less patience than while mapping; a look longer than the budget is a warning."""
+    """With a robot waiting, there is less patience than while mapping: a STOP is heeded when the look has ended.
 
+    A look longer than the budget is a warning.
+    """
+
+    timeout_s: Positive = 15.0
     patience_s: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 10.0
     budget_s: Positive = 6.0
 
@@ -114,12 +118,13 @@ def _proposer(profile: Profile, clock: Clock, tell: Callable[[str], None], arriv
     from openbelief.perception.vlm_picture import PictureFormat
 
     vlm = profile.vlm
+    limits = profile.arrival if arrival else vlm
     config = VlmConfig(
         endpoint=vlm.endpoint,
         model=vlm.model,
         api_key=_key(vlm.api_key_env),
-        timeout_s=vlm.timeout_s,
-        patience_s=profile.arrival.patience_s if arrival else vlm.patience_s,
+        timeout_s=limits.timeout_s,
+        patience_s=limits.patience_s,
         concurrency=vlm.concurrency,
         requests_per_minute=vlm.requests_per_minute,
         picture=PictureFormat(vlm.picture, vlm.max_side_px),
