@@ -37,7 +37,7 @@ from drivers.topics import IS_ACTIVE, Action
 from openbelief.pose import Pose2
 
 FIBONACCI = Action("/fibonacci", "test_msgs/action/Fibonacci")
-WAIT_S = 5.0
+WAIT_S = 15.0  # for an answer, on a loaded machine
 REFUSES_CANCEL, ABORTS = 1000, 2000  # added to the number of steps of 0.1 s; server.py
 
 
@@ -59,10 +59,12 @@ class Talk:
         texts = SERVICES | action_definitions(FIBONACCI.type_name, "int32 order", steps, steps)
         self.client = ActionClient(link, BridgeKeys(), FIBONACCI, Shapes((codec_with("kilted", texts),)))
         self.feedback, self.statuses = [], {}
+        self.seen = set()  # (goal, status)
         self.client.listen(self.feedback.append, self._keep)
 
     def _keep(self, statuses):
         self.statuses = statuses
+        self.seen |= set(statuses.items())
 
     def send(self, order, goal=None):
         """(uuid, whether it was accepted)."""
@@ -100,7 +102,7 @@ def nav(link, eventually):
 
 def open_nav(link, eventually):
     grid = RosMap(link)
-    limits = Nav2Limits(result_poll_s=1.0, silence_s=1.5)
+    limits = Nav2Limits(result_poll_s=1.0, silence_s=3.0)
     made = Nav2Bridge(link, SystemClock(), Known(), grid, new_uuid=lambda: uuid.uuid4().bytes, limits=limits)
     grid.start()
     made.start()
@@ -122,12 +124,10 @@ def until_end(nav, within_s=20.0):
 def test_a_goal_is_accepted_reported_and_ended(talk, eventually):
     goal, accepted = talk.send(4)
     assert accepted
-    eventually(lambda: talk.statuses.get(goal) == EXECUTING)
     assert talk.result(goal) == (SUCCEEDED, [0, 1, 2, 3])
     assert talk.result(goal) == (SUCCEEDED, [0, 1, 2, 3]), "asked again: the same"
-    eventually(lambda: talk.statuses[goal] == SUCCEEDED)
-    heard = [m.feedback.sequence.tolist() for m in talk.feedback if bytes(m.goal_id.uuid) == goal]
-    assert [0, 1, 2] in heard
+    eventually(lambda: {(goal, EXECUTING), (goal, SUCCEEDED)} <= talk.seen)
+    eventually(lambda: [0, 1, 2, 3] in [m.feedback.sequence.tolist() for m in talk.feedback])
 
 
 def test_a_goal_is_rejected(talk):
@@ -162,7 +162,7 @@ def test_the_zero_uuid_cancels_all_goals(talk):
 
 
 def test_a_cancel_may_be_refused(talk):
-    goal, _ = talk.send(REFUSES_CANCEL + 5)
+    goal, _ = talk.send(REFUSES_CANCEL + 20)
     assert talk.cancel(goal) == (CANCEL_OK, set()), "rclpy says ok and cancels nothing; rclcpp says 1"
     assert talk.result(goal)[0] == SUCCEEDED
 
@@ -198,9 +198,10 @@ def test_nav2_is_up_by_a_real_trigger_and_a_real_map(nav):
     assert nav.unavailable() is None
 
 
-def test_a_drive_succeeds_with_feedback_and_tells_the_distribution(nav):
+def test_a_drive_succeeds_with_feedback_and_tells_the_distribution(nav, eventually):
     assert nav.send(Pose2(5.0, 0.0, 0.0)) is None
     assert until_end(nav).status == NavigationStatus.SUCCEEDED
+    eventually(lambda: nav.feedback() is not None)
     feedback = nav.feedback()
     assert 0.0 <= feedback.pose.x <= 4.0 and feedback.distance_remaining_m == 1.25
     assert nav.distributions == ("jazzy",), "Kilted is Jazzy on the wire"
@@ -222,7 +223,7 @@ def test_a_drive_is_cancelled(nav):
 
 
 def test_a_drive_whose_cancel_is_refused_is_a_warning(nav, talk, eventually):
-    nav.send(Pose2(REFUSES_CANCEL + 10.0, 0.0, 0.0))
+    nav.send(Pose2(REFUSES_CANCEL + 30.0, 0.0, 0.0))
     assert nav.cancel(because="the operator said stop").status == NavigationStatus.STILL_MOVING
     eventually(lambda: not {EXECUTING, CANCELING} & set(talk.statuses.values()))
 
