@@ -23,12 +23,10 @@ def open_memory(path: Path) -> ObjectMemory:
 
 def open_with_encoder(path: Path) -> ObjectMemory:
     """A memory that can be asked with sentences. Raises Failure."""
-    from openbelief.perception.sentence import SentenceEncoder
+    from robot_app.text_encoders import text_encoder_by_id
 
     memory = open_memory(path)
-    if memory.text_encoder_id != SentenceEncoder.id:
-        raise Failure(
-            f"{path} was mapped with text encoder {memory.text_encoder_id!r}, which is not configured here "
-            f"(here: {SentenceEncoder.id!r})."
-        )
-    return memory.with_text_encoder(SentenceEncoder())
+    try:
+        return memory.with_text_encoder(text_encoder_by_id(memory.text_encoder_id))
+    except Failure as failure:
+        raise Failure(f"{path} cannot be asked with words. {failure}") from failure

@@ -5,7 +5,6 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 
 from behaviors.events import Outcome
@@ -22,6 +21,7 @@ from openbelief.memory import ObjectMemory
 from openbelief.parameters import Parameters
 from openbelief.perception.ports import TextEncoder
 from openbelief.target_phrase import target_phrase
+from robot_app.cli import Failure
 from sim_fakes.replay import replay_ports
 
 
@@ -120,18 +120,12 @@ def trial_memory(trial: TrialReader, memory_path: Path | None) -> ObjectMemory:
 
 
 def _encoder(trial: TrialReader) -> TextEncoder:
-    encoder = _sentence_encoder()
-    if trial.about.text_encoder_id != encoder.id:
-        raise TrialError(f"{trial.path} needs text encoder {trial.about.text_encoder_id!r}, which is not here")
-    return encoder
+    from robot_app.text_encoders import text_encoder_by_id
 
-
-@cache
-def _sentence_encoder() -> TextEncoder:
-    """One for all replays of a process: loading the model takes seconds."""
-    from openbelief.perception.sentence import SentenceEncoder
-
-    return SentenceEncoder()
+    try:
+        return text_encoder_by_id(trial.about.text_encoder_id)
+    except Failure as failure:
+        raise TrialError(f"{trial.path} cannot be replayed. {failure}") from failure
 
 
 def summaries(folder: Path) -> Iterator[TrialSummary]:
