@@ -1,0 +1,331 @@
+"""`openbelief doctor`: one table of checks, each a small function that says ok, warn or fail, and the remedy."""
+
+from __future__ import annotations
+
+import ipaddress
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from enum import StrEnum
+
+from drivers.nav2_bridge import Nav2Bridge
+from drivers.ports import PortError
+from drivers.topics import Topic, color_topic
+from logs.disk import DiskBudget, Room
+from robot_app.app import Robot, mission_perception, mission_text_encoder, open_robot
+from robot_app.cli import Failure
+from robot_app.config import Config
+from robot_app.doctor_ears import Ears, Heard
+from robot_app.recording import ON_THE_WIRE, wire_topics
+
+LISTEN_S = 3.0
+SKEW_WARN_S, SKEW_FAIL_S = 0.05, 0.25  # later stamps than 0.25 s ahead are refused by the drivers
+POSE_AGE_S = 0.5
+SENSOR_AGE_S = {"camera": 2.0, "lidar": 1.0}
+LOSS_WARN = 0.01
+EXPIRY_WARN_DAYS = 14
+
+
+class Level(StrEnum):
+    OK = "ok"
+    WARN = "warn"
+    FAIL = "fail"
+
+
+@dataclass(frozen=True)
+class Line:
+    """One finding. remedy: what to do, empty where all is well."""
+
+    name: str
+    level: Level
+    said: str
+    remedy: str = ""
+
+
+@dataclass(frozen=True)
+class Patient:
+    """What robot checks look at: the open robot, and what was heard of its topics."""
+
+    config: Config
+    robot: Robot
+    ears: Ears
+
+
+def examine(config: Config, now_ns: int) -> Iterator[Line]:
+    """Every check, those that need no robot first; where the robot cannot be opened, one line says why."""
+    for check in SITE_CHECKS:
+        yield from check(config, now_ns)
+    with ExitStack() as opened:
+        try:
+            robot = opened.enter_context(open_robot(config))
+        except (PortError, OSError, ValueError, RuntimeError) as error:
+            yield Line("robot", Level.FAIL, str(error), "the checks of the robot were left out; mend this first")
+            return
+        yield from examine_robot(config, robot)
+
+
+def examine_robot(config: Config, robot: Robot) -> Iterator[Line]:
+    """The checks of an open robot, after a few seconds of listening."""
+    ears = Ears(robot.clock)
+    for port in ("camera", "lidar", "pose"):
+        word = getattr(config.ports, port)
+        if word in ON_THE_WIRE:
+            ears.hear(robot.site.wires[word], port_topics(port, config, robot))
+    ears.listen(LISTEN_S)
+    patient = Patient(config, robot, ears)
+    for check in ROBOT_CHECKS:
+        yield from check(patient)
+
+
+def port_topics(port: str, config: Config, robot: Robot) -> tuple[Topic, ...]:
+    """The topics behind a port, the one that paces it first."""
+    names = robot.site.wires[getattr(config.ports, port)].topics
+    return (*([color_topic(names.color)] if port == "camera" else []), *wire_topics(port, names))
+
+
+# What needs no robot
+
+
+def check_memory(config: Config, _now_ns: int) -> Iterator[Line]:
+    from openbelief.memory import ObjectMemory
+
+    if config.memory is None:
+        yield Line("memory", Level.WARN, "none is named", 'say memory = "site.belief" (openbelief map makes one)')
+        return
+    try:
+        memory = ObjectMemory.open(config.memory)
+    except (OSError, ValueError) as error:
+        yield Line("memory", Level.FAIL, str(error), "name a file that openbelief map has finished")
+        return
+    yield Line("memory", Level.OK, f"{len(memory.objects)} objects in {config.memory.name}")
+    try:
+        encoder = mission_text_encoder(config)
+    except Failure as error:
+        yield Line("text encoder", Level.FAIL, str(error), "mend [perception] profile")
+        return
+    same = (encoder.id, encoder.dim) == (memory.text_encoder_id, memory.text_dim)
+    said = f"{encoder.id} here, {memory.text_encoder_id} in the memory"
+    yield Line(
+        "text encoder",
+        Level.OK if same else Level.FAIL,
+        said,
+        "" if same else "take the perception profile that the memory was mapped with, or map again",
+    )
+
+
+def check_models(config: Config, _now_ns: int) -> Iterator[Line]:
+    """Opened as a mission would open them: files, sizes, and the model server where there is one."""
+    try:
+        mission_perception(config, mission_text_encoder(config))
+    except Failure as error:
+        yield Line("perception", Level.FAIL, str(error), "mend [perception] profile, or what it names")
+        return
+    yield Line("perception", Level.OK, config.perception.profile)
+
+
+def check_gpu(config: Config, _now_ns: int) -> Iterator[Line]:
+    import onnxruntime
+
+    if "CUDAExecutionProvider" in onnxruntime.get_available_providers():
+        yield Line("gpu", Level.OK, "onnxruntime can use CUDA")
+    elif config.perception.profile.startswith("paper"):
+        remedy = "install a GPU build of onnxruntime and its CUDA libraries, or expect seconds for every look"
+        yield Line("gpu", Level.WARN, "none that onnxruntime can use", remedy)
+    else:
+        yield Line("gpu", Level.OK, f"none, and {config.perception.profile} needs none")
+
+
+def check_disk(config: Config, _now_ns: int) -> Iterator[Line]:
+    folder = next(folder for folder in (config.trials, *config.trials.resolve().parents) if folder.is_dir())
+    budget = DiskBudget(config.recording.warn_bytes, config.recording.stop_bytes)
+    room, sentence = budget.room(folder)
+    level = {Room.OK: Level.OK, Room.LOW: Level.WARN, Room.FULL: Level.FAIL}[room]
+    yield Line("disk", level, sentence, "" if room == Room.OK else f"make room on the disk of {folder}")
+
+
+def check_certificates(config: Config, now_ns: int) -> Iterator[Line]:
+    """Readable, and valid now and for a while."""
+    from cryptography import x509
+
+    for path in (config.zenoh.ca, config.zenoh.certificate):
+        if path is None or not config.ports.uses("ros"):
+            continue
+        try:
+            end = x509.load_pem_x509_certificate(path.read_bytes()).not_valid_after_utc
+        except (OSError, ValueError) as error:
+            yield Line(f"certificate {path.name}", Level.FAIL, str(error), "make a site with openbelief certs")
+            continue
+        days = (end - datetime.fromtimestamp(now_ns // 10**9, UTC)).days
+        level = Level.FAIL if days < 0 else Level.WARN if days < EXPIRY_WARN_DAYS else Level.OK
+        remedy = "" if level == Level.OK else "make a new site with openbelief certs, and copy it to every machine"
+        yield Line(f"certificate {path.name}", level, f"valid until {end:%Y-%m-%d}", remedy)
+
+
+# What the robot tells
+
+
+def check_link(patient: Patient) -> Iterator[Line]:
+    for word, wire in patient.robot.site.wires.items():
+        where = ", ".join(wire.link.config.endpoints)
+        if not wire.link.alive:
+            yield Line(
+                "link", Level.FAIL, f"{where} ({word}) is gone", "check the network, and the bridge on the robot"
+            )
+        elif all(endpoint.startswith("tls/") for endpoint in wire.link.config.endpoints):
+            yield Line("link", Level.OK, f"{where} is reached, encrypted with certificates of both ends")
+        elif all(stays_here(endpoint) for endpoint in wire.link.config.endpoints):
+            yield Line("link", Level.OK, f"{where} is reached, unencrypted within this machine")
+        else:
+            remedy = "make keys with openbelief certs: anybody in this network can drive the robot"
+            yield Line("link", Level.WARN, f"{where} is reached, NOT encrypted", remedy)
+
+
+def stays_here(endpoint: str) -> bool:
+    """Whether an endpoint like tcp/127.0.0.1:7447 is this machine's own."""
+    host = endpoint.partition("/")[2].rpartition(":")[0].strip("[]")
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def check_camera(patient: Patient) -> Iterator[Line]:
+    from drivers.realsense import RealSenseCamera
+
+    yield from _fresh("camera", patient, lambda: patient.robot.camera.latest(SENSOR_AGE_S["camera"]))
+    if isinstance(patient.robot.camera, RealSenseCamera):
+        info = patient.robot.camera.info
+        fast = info.usb.startswith("3")
+        remedy = "" if fast else "take a USB 3 cable and port: USB 2 cannot carry depth and colour"
+        yield Line("camera usb", Level.OK if fast else Level.FAIL, f"{info.name} at USB {info.usb}", remedy)
+    yield from _heard("camera", patient)
+
+
+def check_lidar(patient: Patient) -> Iterator[Line]:
+    from drivers.livox.driver import LivoxLidar
+
+    yield from _fresh("lidar", patient, lambda: patient.robot.lidar.latest(SENSOR_AGE_S["lidar"]))
+    if isinstance(patient.robot.lidar, LivoxLidar):
+        health = patient.robot.lidar.health()
+        lost = health.lost / max(health.packets + health.lost, 1)
+        level = Level.WARN if lost > LOSS_WARN or health.refused else Level.OK
+        remedy = "" if level == Level.OK else "sudo sysctl -w net.core.rmem_max=8388608, and look for a busy network"
+        yield Line("lidar loss", level, f"{100 * lost:.2f} % of {health.packets} packets lost", remedy)
+    yield from _heard("lidar", patient)
+
+
+def check_clocks(patient: Patient) -> Iterator[Line]:
+    """The least age at arrival, over all messages: the way takes milliseconds, the rest are the clocks."""
+    moving = {name: heard for name, heard in patient.ears.topics.items() if heard.lags_ns and not heard.frozen}
+    if not moving:
+        return
+    offset_s = min((min(heard.lags_ns) for heard in moving.values()), key=abs) / 1e9
+    size = abs(offset_s)
+    level = Level.FAIL if size > SKEW_FAIL_S else Level.WARN if size > SKEW_WARN_S else Level.OK
+    remedy = "" if level == Level.OK else "synchronise the clocks of both machines (chrony, ptp)"
+    yield Line("clocks", level, f"the robot's stamps arrive {1000 * offset_s:.0f} ms old", remedy)
+
+
+def check_transforms(patient: Patient) -> Iterator[Line]:
+    """The chain to the base and to each sensor, and the age of every moving part of it."""
+    robot, now_ns = patient.robot, patient.robot.clock.now_ns()
+    try:
+        robot.poses.robot_pose(POSE_AGE_S)
+    except PortError as error:
+        yield Line("tf map -> base_link", Level.FAIL, str(error), "start localisation, and give it a first pose")
+    else:
+        ages = [f"{p} -> {c} {(now_ns - at) / 1e9:.2f} s" for (p, c), at in sorted(_moving(patient).items())]
+        yield Line("tf map -> base_link", Level.OK, ", ".join(ages) or "known")
+    for sensor in (robot.camera, robot.lidar):
+        try:
+            newest = sensor.latest(max(SENSOR_AGE_S.values()))
+        except PortError:
+            continue  # its own check tells of it
+        name = f"tf map -> {newest.frame_id}"
+        try:
+            robot.poses.transform_at(newest.stamp_ns, newest.frame_id)
+        except PortError as error:
+            remedy = "publish the mount on /tf_static (robot_state_publisher, or openbelief onboard's mounts)"
+            yield Line(name, Level.FAIL, str(error), remedy)
+        else:
+            yield Line(name, Level.OK, "known at the newest stamp")
+
+
+def check_map(patient: Patient) -> Iterator[Line]:
+    try:
+        grid = patient.robot.map.latest()
+    except PortError as error:
+        yield Line("map", Level.FAIL, str(error), "start map_server, and let the bridge forward /map")
+        return
+    height, width = grid.cells.shape
+    yield Line("map", Level.OK, f"{width} x {height} cells of {grid.resolution_m:g} m")
+
+
+def check_nav2(patient: Patient) -> Iterator[Line]:
+    """The signs that Nav2 is up, in the order in which they depend on each other."""
+    navigator = patient.robot.navigator
+    if not isinstance(navigator, Nav2Bridge):
+        return
+    for sign in navigator.signs.read():
+        level = Level.OK if sign.ok else Level.FAIL
+        said, _, remedy = (sign.sentence if not sign.ok else "").partition(": ")
+        yield Line(f"nav2 {sign.name}", level, said or "there", remedy)
+
+
+def _fresh(port: str, patient: Patient, latest: Callable[[], object]) -> Iterator[Line]:
+    """Whether the port gives data as a mission would take it."""
+    try:
+        latest()
+    except PortError as error:
+        body = getattr(patient.config.ports, port)
+        yield Line(port, Level.FAIL, str(error), f'is the {port} running, and is {port} = "{body}" what stands there?')
+    else:
+        yield Line(port, Level.OK, f"data newer than {SENSOR_AGE_S[port]:g} s")
+
+
+def _heard(port: str, patient: Patient) -> Iterator[Line]:
+    """Rate, gaps and stamps of the topic that paces a port. A simulated sensor's rate is as configured."""
+    word = getattr(patient.config.ports, port)
+    if word not in ON_THE_WIRE:
+        return
+    topic = port_topics(port, patient.config, patient.robot)[0]
+    heard, rate_hz = patient.ears.topics[topic.name], patient.ears.rate_hz(topic.name)
+    name, said = f"{port} rate", f"{topic.name}: {rate_hz:.1f} Hz, {heard.missing} missing"
+    if heard.frozen:
+        remedy = "restart the sensor's driver: it sends the same data again and again"
+        yield Line(name, Level.FAIL, f"{said}; the stamps stand still", remedy)
+    elif not heard.stamps_ns:
+        yield Line(name, Level.FAIL, f"{said}{_unreadable(heard)}", f"look at ros2 topic hz {topic.name} on the robot")
+    else:
+        slow = word == "ros" and topic.rate_hz is not None and rate_hz < 0.5 * topic.rate_hz
+        lossy = heard.missing > max(LOSS_WARN * len(heard.stamps_ns), 1)
+        remedy = "cap the rates in the bridge's configuration, or come nearer to the access point"
+        bad = slow or lossy or heard.unreadable > 0
+        yield Line(name, Level.WARN if bad else Level.OK, f"{said}{_unreadable(heard)}", remedy if bad else "")
+
+
+def _unreadable(heard: Heard) -> str:
+    return f", {heard.unreadable} unreadable" if heard.unreadable else ""
+
+
+def _moving(patient: Patient) -> dict[tuple[str, str], int]:
+    return {edge: at for edge, at in patient.ears.edges.items() if at is not None}
+
+
+SITE_CHECKS: tuple[Callable[[Config, int], Iterator[Line]], ...] = (
+    check_disk,
+    check_memory,
+    check_models,
+    check_gpu,
+    check_certificates,
+)
+ROBOT_CHECKS: tuple[Callable[[Patient], Iterator[Line]], ...] = (
+    check_link,
+    check_camera,
+    check_lidar,
+    check_clocks,
+    check_transforms,
+    check_map,
+    check_nav2,
+)

@@ -1,0 +1,89 @@
+"""What a few seconds of listening tell of a robot's topics: rates, gaps, the clocks, and how old transforms are."""
+
+from __future__ import annotations
+
+import itertools
+import statistics
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from drivers.ports import Clock
+from drivers.ros_convert import transforms_of
+from drivers.ros_messages import WireError, decode
+from drivers.topics import TF, TF_STATIC, Topic
+from logs.tap import header_stamp
+from robot_app.app import Wire
+
+GAP = 1.5  # periods
+
+
+@dataclass
+class Heard:
+    """One topic. stamps_ns: of the messages; lags_ns: their age when they came. unreadable: messages that are none."""
+
+    stamps_ns: list[int] = field(default_factory=list)
+    lags_ns: list[int] = field(default_factory=list)
+    unreadable: int = 0
+
+    @property
+    def frozen(self) -> bool:
+        """Messages come, but their stamps stand still."""
+        return len(self.stamps_ns) > 2 and len(set(self.stamps_ns)) == 1
+
+    @property
+    def missing(self) -> int:
+        """Messages that the gaps between the stamps leave room for."""
+        stamps = sorted(set(self.stamps_ns))
+        steps = [b - a for a, b in itertools.pairwise(stamps)]
+        period = statistics.median(steps) if steps else 0
+        return sum(round(step / period) - 1 for step in steps if step > GAP * period)
+
+
+class Ears:
+    """`hear(wire, topics)` any number of times, then `listen`. Callbacks come on Zenoh's threads."""
+
+    def __init__(self, clock: Clock) -> None:
+        self.topics: dict[str, Heard] = {}
+        self.edges: dict[tuple[str, str], int | None] = {}  # (parent, child) -> newest stamp, None where static
+        self.seconds = 0.0
+        self._clock, self._lock = clock, threading.Lock()
+
+    def hear(self, wire: Wire, topics: tuple[Topic, ...]) -> None:
+        """Begin to listen to these."""
+        for topic in topics:
+            self.topics[topic.name] = Heard()
+            wire.link.subscribe(wire.keys.topic(topic), self._keeper(topic), history=topic.latched)
+
+    def listen(self, seconds: float) -> None:
+        """Let that much of the robot's time pass."""
+        for heard in self.topics.values():
+            heard.stamps_ns.clear()
+            heard.lags_ns.clear()
+        self._clock.sleep(seconds)
+        self.seconds = seconds
+
+    def rate_hz(self, topic: str) -> float:
+        return len(self.topics[topic].stamps_ns) / self.seconds
+
+    def _keeper(self, topic: Topic) -> Callable[[bytes], None]:
+        heard = self.topics[topic.name]
+
+        def keep(payload: bytes) -> None:
+            now_ns = self._clock.now_ns()
+            with self._lock:
+                try:
+                    stamp_ns = header_stamp(topic, payload)
+                    if topic.name in (TF.name, TF_STATIC.name):
+                        self._keep_edges(payload, topic)
+                except WireError:
+                    heard.unreadable += 1
+                    return
+                heard.stamps_ns.append(stamp_ns)
+                heard.lags_ns.append(now_ns - stamp_ns)
+
+        return keep
+
+    def _keep_edges(self, payload: bytes, topic: Topic) -> None:
+        for t in transforms_of(decode(payload, topic.type_name)):
+            self.edges[t.parent, t.child] = None if topic.name == TF_STATIC.name else t.stamp_ns

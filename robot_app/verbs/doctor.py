@@ -1,0 +1,52 @@
+"""Look at everything that a mission needs, and say of each part ok, warn or fail, with the remedy.
+
+Disk, memory file and its encoder, models and GPU, certificates; then the robot that robot.toml names: link and
+encryption, camera, lidar, clocks, transforms, map and Nav2. Moves nothing. Exit status 1 where anything fails.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from robot_app.cli import Failure, print_json
+
+if TYPE_CHECKING:
+    from robot_app.doctor import Line
+
+EXAMPLE = "openbelief doctor --config robot.toml"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--config", type=Path, default=Path("robot.toml"), metavar="robot.toml", help="default robot.toml"
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    from drivers.clock import SystemClock
+    from robot_app.config import ConfigError, load_config
+    from robot_app.doctor import Level, examine
+
+    try:
+        config = load_config(options.config)
+    except ConfigError as error:
+        raise Failure(str(error)) from error
+    lines = []
+    for line in examine(config, SystemClock().now_ns()):
+        lines.append(line)
+        if not options.json:
+            print(written(line), flush=True)
+    failed = any(line.level == Level.FAIL for line in lines)
+    if options.json:
+        print_json({"ok": not failed, "checks": [vars(line) for line in lines]})
+    return 1 if failed else 0
+
+
+def written(line: Line) -> str:
+    """`fail  lidar: what is wrong`, and the remedy on a line of its own."""
+    from logs.structured import neutralise
+
+    remedy = f"\n      -> {line.remedy}" if line.remedy else ""
+    return neutralise(f"{line.level:<5} {line.name}: {line.said}{remedy}", keep="\n")

@@ -1,0 +1,187 @@
+"""`openbelief doctor`: a healthy site is healthy, and every fault is found where it lies, with its remedy."""
+
+from __future__ import annotations
+
+import json
+import struct
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from drivers.topics import CAMERA_INFO, COLOR, DEPTH, LIDAR, TF, TRANSFORMS, Topic
+from openbelief import ObjectMemory, Observation, Parameters
+from robot_app.app import Robot, open_robot
+from robot_app.cli import main
+from robot_app.config import Config, Ports, Zenoh, load_config
+from robot_app.doctor import Level, Line, check_certificates, check_disk, check_memory, examine_robot, stays_here
+from robot_app.doctor_ears import Heard
+from robot_app.site_folder import make_site
+from robot_app.verbs.doctor import written
+from robot_app.zenoh_site import ZenohSite
+from sim_fakes.faults import garbage
+
+CONFIG = Config()
+DAY_NS = 86_400 * 10**9
+
+
+@pytest.fixture(scope="module")
+def open_one() -> Iterator[Robot]:
+    with open_robot(CONFIG) as robot:
+        yield robot
+
+
+@pytest.fixture
+def robot(open_one: Robot) -> Iterator[Robot]:
+    """The simulated robot, without faults before and after."""
+    assert open_one.site.simulation is not None
+    site = open_one.site.simulation.site
+    yield open_one
+    site.nav2_faults.inactive, site.sensor_faults.frozen_ns = False, None
+    site.sensor_faults.muted.clear()
+    site.sensor_faults.spoiled.clear()
+    open_one.clock.sleep(3.0)
+
+
+def findings(robot: Robot) -> dict[str, Line]:
+    return {line.name: line for line in examine_robot(CONFIG, robot)}
+
+
+def bad(found: dict[str, Line]) -> set[str]:
+    return {name for name, line in found.items() if line.level != Level.OK}
+
+
+def test_a_healthy_site_is_healthy(robot: Robot) -> None:
+    found = findings(robot)
+    assert bad(found) == set()
+    assert {"link", "camera", "lidar", "clocks", "map", "tf map -> base_link", "nav2 active"} <= set(found)
+    assert "odom -> base_link" in found["tf map -> base_link"].said
+
+
+def test_an_inactive_nav2_is_found(robot: Robot) -> None:
+    robot.site.simulation.site.nav2_faults.inactive = True
+    found = findings(robot)
+    assert bad(found) == {"nav2 active"}
+    assert "lifecycle_manager" in found["nav2 active"].remedy
+
+
+def test_a_silent_lidar_is_found(robot: Robot) -> None:
+    robot.site.simulation.site.sensor_faults.muted.add(LIDAR.name)
+    found = findings(robot)
+    assert bad(found) == {"lidar", "lidar rate"}
+    assert found["lidar"].level == Level.FAIL and found["lidar"].remedy
+    assert "0.0 Hz" in found["lidar rate"].said
+
+
+def test_garbage_on_a_topic_is_counted(robot: Robot) -> None:
+    robot.site.simulation.site.sensor_faults.spoiled[TF.name] = garbage
+    found = findings(robot)
+    assert found["tf map -> base_link"].level == Level.FAIL
+    assert "nav2 pose" in bad(found)
+
+
+def test_stamps_that_stand_still_are_found(robot: Robot) -> None:
+    robot.site.simulation.site.sensor_faults.frozen_ns = robot.clock.now_ns()
+    found = findings(robot)
+    assert found["camera rate"].level == Level.FAIL and "stand still" in found["camera rate"].said
+    assert found["tf map -> base_link"].level == Level.FAIL
+
+
+@pytest.mark.parametrize(("ahead_s", "level"), [(0.1, Level.WARN), (5.0, Level.FAIL)])
+def test_clocks_that_differ_are_found(robot: Robot, ahead_s: float, level: Level) -> None:
+    spoiled = robot.site.simulation.site.sensor_faults.spoiled
+    for topic in (COLOR, DEPTH, CAMERA_INFO, LIDAR, TF):
+        spoiled[topic.name] = shifted(topic, round(ahead_s * 1e9))
+    found = findings(robot)
+    assert found["clocks"].level == level
+    assert f"{-1000 * ahead_s:.0f} ms" in found["clocks"].said and "chrony" in found["clocks"].remedy
+
+
+def shifted(topic: Topic, by_ns: int) -> Callable[[bytes], bytes]:
+    """Every stamp of a message later by so much; a transform's header lies behind the sequence's length."""
+    stamp, at = struct.Struct("<iI"), 8 if topic.type_name == TRANSFORMS else 4
+
+    def spoil(payload: bytes) -> bytes:
+        seconds, nanoseconds = stamp.unpack_from(payload, at)
+        moved = bytearray(payload)
+        stamp.pack_into(moved, at, *divmod(seconds * 10**9 + nanoseconds + by_ns, 10**9))
+        return bytes(moved)
+
+    return spoil
+
+
+def test_no_router_is_one_line_with_the_cause_and_exit_status_1(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ros = "".join(f'{port} = "ros"\n' for port in ("camera", "lidar", "pose", "map", "navigator"))
+    (tmp_path / "robot.toml").write_text(f'[ports]\n{ros}[zenoh]\nendpoint = "tcp/127.0.0.1:9"\n')
+    assert main(["doctor", "--config", str(tmp_path / "robot.toml"), "--json"]) == 1
+    result = json.loads(capsys.readouterr().out)
+    [line] = [check for check in result["checks"] if check["level"] == "fail"]
+    assert line["name"] == "robot" and "Nothing answers at tcp/127.0.0.1:9" in line["said"] and not result["ok"]
+
+
+def test_a_memory_that_is_none_is_found(tmp_path: Path) -> None:
+    (tmp_path / "site.belief").write_bytes(b"no database")
+    for path in (tmp_path / "site.belief", tmp_path / "missing.belief"):
+        [line] = check_memory(CONFIG.model_copy(update={"memory": path}), 0)
+        assert line.level == Level.FAIL and path.name in line.said and line.remedy
+    [none] = check_memory(CONFIG, 0)
+    assert none.level == Level.WARN and "openbelief map" in none.remedy
+
+
+class OtherEncoder:
+    """Not the one that a scripted perception is asked with."""
+
+    id, dim = "another-encoder", 8
+
+    def encode(self, texts: list[str]) -> np.ndarray:
+        return np.eye(8, dtype=np.float32)[[len(text) % 8 for text in texts]]
+
+
+def test_a_memory_of_another_text_encoder_is_found(tmp_path: Path) -> None:
+    points = np.random.default_rng(1).normal(0, 0.1, (200, 3)).astype(np.float32)
+    feature = np.eye(8, dtype=np.float32)[0]
+    seen = Observation(frame=0, mask=0, phrase="chair", confidence=0.9, points=points, feature=feature)
+    ObjectMemory.build([seen], OtherEncoder(), Parameters()).save(tmp_path / "site.belief")
+    memory, encoder = check_memory(CONFIG.model_copy(update={"memory": tmp_path / "site.belief"}), 0)
+    assert memory.level == Level.OK and encoder.level == Level.FAIL
+    assert "another-encoder" in encoder.said and "map again" in encoder.remedy
+
+
+def test_a_disk_that_is_nearly_full_is_found(tmp_path: Path) -> None:
+    recording = CONFIG.recording.model_copy(update={"stop_bytes": 1 << 60})
+    full = CONFIG.model_copy(update={"trials": tmp_path / "not" / "there", "recording": recording})
+    [line] = check_disk(full, 0)
+    assert line.level == Level.FAIL and "make room" in line.remedy
+
+
+def test_certificates_near_and_past_their_end_are_found(tmp_path: Path) -> None:
+    now_ns = time.time_ns()
+    make_site(tmp_path / "site", ZenohSite("127.0.0.1"), [], now_ns, days=30)
+    config = load_config(tmp_path / "site" / "workstation" / "robot.toml")
+    levels = [{line.level for line in check_certificates(config, now_ns + days * DAY_NS)} for days in (0, 20, 40)]
+    assert levels == [{Level.OK}, {Level.WARN}, {Level.FAIL}]
+    missing = Config(
+        ports=Ports(camera="ros"), zenoh=Zenoh(endpoint="tls/h:1", ca=tmp_path, certificate=tmp_path, key=tmp_path)
+    )
+    assert {line.level for line in check_certificates(missing, now_ns)} == {Level.FAIL}
+
+
+@pytest.mark.parametrize(
+    ("endpoint", "here"), [("tcp/127.0.0.1:7447", True), ("tcp/localhost:1", True), ("tcp/192.168.1.2:7447", False)]
+)
+def test_only_the_loopback_may_go_unencrypted(endpoint: str, here: bool) -> None:
+    assert stays_here(endpoint) is here
+
+
+def test_gaps_between_stamps_are_counted_as_missing() -> None:
+    assert Heard([k * 100 for k in range(20) if k not in (5, 9, 10)]).missing == 3
+    assert Heard([]).missing == 0
+
+
+def test_what_a_robot_says_cannot_move_the_terminals_cursor() -> None:
+    text = written(Line("lidar", Level.FAIL, "\x1b[2Jgone", "look\nthere"))
+    assert "\x1b" not in text and text.startswith("fail  lidar: ")
