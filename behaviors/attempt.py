@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from behaviors.reobserve import ReObservation
 from behaviors.to_records import goal_record
+from behaviors.way import Way
 from drivers.ports import Ports
 from logs.journal import Journal
 from openbelief.goal_pose import GoalPose
@@ -21,6 +22,7 @@ class Approach:
 
     goal: GoalPose
     length_m: float
+    way: Way  # its first metres
 
 
 class Attempt:
@@ -47,7 +49,7 @@ class Attempt:
             plan = ports.navigator.plan(goal.pose)
             journal.write(goal_record(self.node.id, goal, plan))
             if plan.length_m is not None:
-                self.approach = Approach(goal, plan.length_m)
+                self.approach = Approach(goal, plan.length_m, plan.way)
                 return self.approach
             self.no_path_because = plan.reason or "the planner finds no path"
         return None

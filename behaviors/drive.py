@@ -1,13 +1,18 @@
-"""One goal, from sending it to its end: STOP is heard all the way, and whatever happens it does not outlive us."""
+"""One goal, from sending it to its end: STOP and the supervisor are heard all the way, and it never outlives us."""
 
 from __future__ import annotations
 
-from behaviors.events import NAVIGATION_EVENTS, USE_THE_REMOTE, Event, Step
+from behaviors.events import NAVIGATION_EVENTS, REPLIES, USE_THE_REMOTE, Event, Step
 from behaviors.policy import MissionPolicy
-from drivers.ports import NavigationResult, NavigationStatus, Ports
+from behaviors.supervisor import GOAL_ZONE
+from behaviors.way import Way, way_is_blocked
+from drivers.ports import NavigationResult, NavigationStatus, Ports, Reaction, Verdict
 from openbelief.pose import Pose2
 
 POLL_S = 0.05  # 20 Hz: a STOP is acted on within 50 ms of the clock
+HOLD_S = 10.0  # a hold that lasts longer ends the mission
+HOLDS_MAX = 3  # of one drive: data that comes and goes is no data to drive by
+STOPPING = (Reaction.HOLD, Reaction.CANCEL)
 # What a cancel may answer that leaves a FAULT: nobody took it, or how the goal ended is not known.
 TROUBLE = (NavigationStatus.STILL_MOVING, NavigationStatus.LOST)
 
@@ -16,24 +21,45 @@ class RobotMayMove(RuntimeError):
     """A goal was sent and nobody acknowledged its cancel."""
 
 
-def drive(goal: Pose2, ports: Ports, policy: MissionPolicy) -> Step:
+def drive(goal: Pose2, ports: Ports, policy: MissionPolicy, way: Way = ()) -> Step:
     """Send `goal` and wait for its end: ARRIVED, UNREACHED, STOP or FAULT, with the reason.
 
-    Any exception once the goal may be under way cancels it and goes on; RobotMayMove where that went unanswered.
+    way: the first metres of the path there. A goal that lies in a forbidden zone, or that the lidar sees blocked, is
+    UNREACHED without being sent. Where the supervisor holds the robot, the goal is cancelled and sent again once the
+    condition is over and the operator agrees. Any exception once the goal may be under way cancels it and goes on;
+    RobotMayMove where that went unanswered.
     """
     try:
-        return _driven(goal, ports, policy)
+        return _unsent(goal, way, ports, policy) or _driven(goal, ports, policy)
     except BaseException as error:
         _cancel_after(error, ports)
         raise
 
 
-def _driven(goal: Pose2, ports: Ports, policy: MissionPolicy) -> Step:
+def refusal(ports: Ports) -> str | None:
+    """Why no motion may begin now, before anybody is asked; None where it may."""
+    verdict = _verdict(None, ports)
+    return None if verdict.reaction is Reaction.GO else verdict.sentence
+
+
+def _unsent(goal: Pose2, way: Way, ports: Ports, policy: MissionPolicy) -> Step | None:
+    """Why the goal is not sent: STOP, the supervisor, or what the lidar sees; None where it may be."""
+    verdict = _verdict(goal, ports)
+    if verdict.reaction is not Reaction.GO and (step := _wait(verdict, goal, ports)):
+        return step
+    blocked = way_is_blocked(goal, way, ports, policy)
+    return Step(Event.UNREACHED, blocked) if blocked else None
+
+
+def _driven(goal: Pose2, ports: Ports, policy: MissionPolicy, holds: int = 0) -> Step:
     end = ports.navigator.send(goal)
     deadline_ns = ports.clock.now_ns() + round(policy.navigation_timeout_s * 1e9)
     while end is None:
         if because := ports.operator.stop_requested():
             return _stopped(because, ports)
+        verdict = _verdict(goal, ports)
+        if verdict.reaction in STOPPING:
+            return _supervised(verdict, goal, ports, policy, holds)
         ports.navigator.feedback()  # the recorded port notes it
         if ports.clock.now_ns() > deadline_ns:
             end = _timed_out(ports, policy)
@@ -52,6 +78,46 @@ def _step(end: NavigationResult) -> Step:
 def _stopped(because: str, ports: Ports) -> Step:
     end = ports.navigator.cancel(because=because)
     return Step(Event.FAULT, f"{because}; {_words(end)}") if end.status in TROUBLE else Step(Event.STOP, because)
+
+
+def _supervised(verdict: Verdict, goal: Pose2, ports: Ports, policy: MissionPolicy, holds: int) -> Step:
+    """The goal is cancelled first, whatever comes after; a hold goes on with the same goal, a cancel does not."""
+    end = ports.navigator.cancel(because=verdict.sentence)
+    if end.status in TROUBLE:
+        return Step(Event.FAULT, f"{verdict.sentence} {_words(end)}")
+    ports.operator.tell(f"The robot was stopped: {verdict.sentence}")
+    if verdict.reaction is Reaction.CANCEL or holds >= HOLDS_MAX:
+        return Step(Event.FAULT, verdict.sentence)
+    step = _wait(verdict, goal, ports) or _agreed(verdict, ports, policy)
+    return step or _driven(goal, ports, policy, holds + 1)
+
+
+def _wait(verdict: Verdict, goal: Pose2, ports: Ports) -> Step | None:
+    """None once nothing holds the robot any more; it stands meanwhile."""
+    deadline_ns = ports.clock.now_ns() + round(HOLD_S * 1e9)
+    while verdict.reaction is not Reaction.GO:
+        if because := ports.operator.stop_requested():
+            return Step(Event.STOP, because)
+        if verdict.condition == GOAL_ZONE:  # another goal mends it
+            return Step(Event.UNREACHED, verdict.sentence)
+        if verdict.reaction is not Reaction.HOLD or ports.clock.now_ns() > deadline_ns:
+            return Step(Event.FAULT, verdict.sentence)
+        ports.clock.sleep(POLL_S)
+        verdict = _verdict(goal, ports)
+    return None
+
+
+def _agreed(verdict: Verdict, ports: Ports, policy: MissionPolicy) -> Step | None:
+    """A hold that is over never moves the robot by itself, unless the configuration allows motion without asking."""
+    if policy.motion == "allow":
+        return None
+    question = f"I stopped because: {verdict.sentence} That is over. May I walk on?"
+    event, because = REPLIES[ports.operator.confirm(question, policy.confirm_timeout_s)]
+    return None if event is Event.APPROVED else Step(Event.STOP, because)
+
+
+def _verdict(goal: Pose2 | None, ports: Ports) -> Verdict:
+    return Verdict() if ports.safety is None else ports.safety.verdict(goal)
 
 
 def _timed_out(ports: Ports, policy: MissionPolicy) -> NavigationResult:

@@ -21,7 +21,7 @@ from collections.abc import Callable
 
 from behaviors.arrival import arrival_frame, camera_mount, robot_pose
 from behaviors.attempt import Attempt
-from behaviors.drive import RobotMayMove, drive
+from behaviors.drive import RobotMayMove, drive, refusal
 from behaviors.events import (
     BUDGET_REACHED,
     ENDING,
@@ -45,6 +45,7 @@ from behaviors.to_records import (
     no_goal_record,
     ranking_record,
 )
+from behaviors.way import is_crowded
 from drivers.ports import PortError, Ports
 from logs import trial_records as records
 from logs.journal import Journal
@@ -99,8 +100,8 @@ class Mission:
     # ---- the states, in the order of Algorithm 1
 
     def _query(self, query: Query, _: Step) -> Step:
-        """Before anybody is asked anything: can the robot drive, does its camera see, and from where?"""
-        if why := self._ports.navigator.unavailable():
+        """Before anybody is asked anything: can and may the robot drive, does its camera see, and from where?"""
+        if why := self._ports.navigator.unavailable() or refusal(self._ports):
             return Step(Event.FAULT, why)
         query.mount = camera_mount(self._ports, self._policy)
         return Step(Event.ASKED, f"looking for {query.target!r}")
@@ -134,16 +135,18 @@ class Mission:
         return Step(event, because)
 
     def _navigate(self, query: Query, _: Step) -> Step:
-        """Navigate to g_i; where that fails, from the next-best pose before the candidate is set aside."""
+        """Navigate to g_i; where that fails or something new stands there, from the next-best pose before U."""
         attempt = query.current
         if attempt.approach is None:
             raise RuntimeError("No goal pose was chosen.")
         if why := self._ports.navigator.unavailable():
             return Step(Event.FAULT, why)
-        step = drive(attempt.approach.goal.pose, self._ports, self._policy)
-        if step.event is Event.UNREACHED and attempt.next_approach(self._ports, self._journal):
-            return Step(Event.NEXT_POSE, step.because)
-        return step
+        step = drive(attempt.approach.goal.pose, self._ports, self._policy, attempt.approach.way)
+        crowd = is_crowded(self._ports, self._policy) if step.event is Event.ARRIVED else None
+        because = crowd or step.because
+        if (crowd or step.event is Event.UNREACHED) and attempt.next_approach(self._ports, self._journal):
+            return Step(Event.NEXT_POSE, because)
+        return Step(step.event, because)  # crowded and no other pose: it looks from here
 
     def _verify(self, query: Query, _: Step) -> Step:
         """Acquire an arrival observation and evaluate candidate i with the three ordered checks."""

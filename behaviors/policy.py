@@ -15,6 +15,7 @@ class MissionPolicy:
     motion: Literal["ask", "allow"] = "ask"  # "ask": no candidate is driven to without a person's yes
     confirm_timeout_s: float = 10.0
     camera_max_age_s: float = 0.5
+    cloud_max_age_s: float = 1.0
     pose_max_age_s: float = 0.5
     pose_error_m: float = 0.10  # localisation error allowed for at arrival
     navigation_timeout_s: float = 180.0

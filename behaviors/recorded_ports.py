@@ -13,6 +13,8 @@ from typing import TypeVar
 from drivers.ports import (
     Camera,
     CameraFrame,
+    Lidar,
+    LidarCloud,
     Map,
     NavigationFeedback,
     NavigationResult,
@@ -22,6 +24,9 @@ from drivers.ports import (
     PortError,
     Ports,
     PoseSource,
+    Reaction,
+    Safety,
+    Verdict,
 )
 from logs import trial_records as records
 from logs.journal import Attached, Journal
@@ -45,6 +50,8 @@ def recorded(ports: Ports, journal: Journal) -> Ports:
         navigator=RecordedNavigator(ports.navigator, inputs),
         operator=RecordedOperator(ports.operator, inputs),
         perception=RecordedPerception(ports.perception, inputs),
+        lidar=None if ports.lidar is None else RecordedLidar(ports.lidar, inputs),
+        safety=None if ports.safety is None else RecordedSafety(ports.safety, inputs),
     )
 
 
@@ -85,6 +92,16 @@ class RecordedCamera:
         frame = self._inputs.ask("camera.latest", lambda: self._camera.latest(max_age_s))
         self._inputs.write(records.Frame.of(frame), frame)
         return frame
+
+
+class RecordedLidar:
+    def __init__(self, lidar: Lidar, inputs: Inputs) -> None:
+        self._lidar, self._inputs = lidar, inputs
+
+    def latest(self, max_age_s: float) -> LidarCloud:
+        cloud = self._inputs.ask("lidar.latest", lambda: self._lidar.latest(max_age_s))
+        self._inputs.write(records.Cloud.of(cloud), cloud)
+        return cloud
 
 
 class RecordedPoses:
@@ -138,7 +155,8 @@ class RecordedNavigator:
 
     def plan(self, goal: Pose2) -> PathPlan:
         plan = self._inputs.ask("navigator.plan", lambda: self._navigator.plan(goal))
-        self._inputs.write(records.Plan(goal=records.PlanarPose.of(goal), length_m=plan.length_m, reason=plan.reason))
+        way, pose = plan.way, records.PlanarPose.of(goal)
+        self._inputs.write(records.Plan(goal=pose, length_m=plan.length_m, reason=plan.reason, way=way))
         return plan
 
     def send(self, goal: Pose2) -> NavigationResult | None:
@@ -180,6 +198,28 @@ class RecordedNavigator:
         end = self._inputs.ask("navigator.cancel", lambda: self._navigator.cancel(because=because))
         self._inputs.write(records.CancelAnswer(because=because, status=end.status, reason=end.reason, code=end.code))
         return end
+
+
+class RecordedSafety:
+    """Verdicts are asked for at every poll; only a change is written, with the poll at which it came."""
+
+    def __init__(self, safety: Safety, inputs: Inputs) -> None:
+        self._safety, self._inputs = safety, inputs
+        self._before = Verdict()
+        self._about: tuple[Reaction, str, Pose2 | None] = (Reaction.GO, "", None)
+
+    def verdict(self, goal: Pose2 | None) -> Verdict:
+        verdict = self._inputs.ask("safety.verdict", lambda: self._safety.verdict(goal))
+        about = (verdict.reaction, verdict.condition, None if verdict.reaction is Reaction.GO else goal)
+        if about == self._about:
+            return self._before  # its sentence may count seconds; what was written is what is told
+        self._before, self._about, polls = verdict, about, self._inputs.polls
+        self._inputs.write(
+            records.Supervised(
+                reaction=verdict.reaction, condition=verdict.condition, sentence=verdict.sentence, polls=polls
+            )
+        )
+        return verdict
 
 
 class RecordedOperator:

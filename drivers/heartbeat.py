@@ -27,8 +27,8 @@ RESET_S = 1.0
 
 
 class Heartbeat:
-    """Beats from `with` to its end. Ending in good order says goodbye; ending with an exception does not, and then the
-    watchdog on the robot cancels what may still be under way."""
+    """Beats from `with` to its end. Ending in good order, or because an input was refused (ValueError), says goodbye;
+    ending with another exception does not, and then the watchdog on the robot cancels what may still be under way."""
 
     def __init__(self, link: ZenohLink, keys: BridgeKeys | None = None, *, workstation: str | None = None) -> None:
         self._link, self._keys = link, WatchdogKeys(keys or BridgeKeys())
@@ -45,10 +45,15 @@ class Heartbeat:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        abandoned = self._stop.is_set()
         self._stop.set()
         self._thread.join()
-        if error is None:
+        if not abandoned and (error is None or isinstance(error, ValueError)):
             self._beat("goodbye")
+
+    def abandon(self) -> None:
+        """Fall silent on purpose, so that the watchdog on the robot stops it: our own cancel went unanswered."""
+        self._stop.set()
 
     def _run(self) -> None:
         due_s = time.monotonic()

@@ -5,16 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Protocol, TypeAlias
 
-from drivers.ports import CameraFrame
+from drivers.ports import CameraFrame, LidarCloud
 from logs.trial_records import Record
 from openbelief.traversability import OccupancyGrid
 
-Attached: TypeAlias = CameraFrame | OccupancyGrid | None
+Attached: TypeAlias = CameraFrame | LidarCloud | OccupancyGrid | None
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A record, with the images or the grid that it is about."""
+    """A record, with the images, points or grid that it is about."""
 
     record: Record
     attached: Attached = None

@@ -12,14 +12,15 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
-from drivers.ports import CameraFrame, Clock
+from drivers.ports import CameraFrame, Clock, LidarCloud
+from drivers.ros_clouds import cloud_message, cloud_of
 from drivers.ros_convert import color_message, grid_message
 from drivers.ros_messages import Message, WireError, decode, encode, header, make
 from logs.journal import Attached, Entry
 from logs.reader import LogError, LogMessage, LogReader
 from logs.recorder import McapRecorder
 from logs.structured import logger
-from logs.trial_records import RECORDS, Ended, Frame, MapUsed, Query, Record, Transition
+from logs.trial_records import RECORDS, Cloud, Ended, Frame, MapUsed, Query, Record, Transition
 from logs.versions import commit, versions
 from openbelief.arrays import Array
 from openbelief.traversability import OccupancyGrid
@@ -28,7 +29,8 @@ FORMAT = "openbelief.trial/1"
 MEMORY_MAX_BYTES = 64 << 20  # a larger memory is named by its hash, and a replay takes --memory
 MEMORY_NAME, SETTINGS_NAME, CONFIGURATION_NAME = "memory.belief", "mission.json", "robot.toml"
 COLOR, DEPTH = "/trial/frame/color", "/trial/frame/depth"
-GRID, HEIGHTS = "/trial/map/grid", "/trial/map/heights"
+GRID, HEIGHTS, POINTS = "/trial/map/grid", "/trial/map/heights", "/trial/cloud/points"
+CLOUD = "sensor_msgs/msg/PointCloud2"
 IMAGE, OCCUPANCY = "sensor_msgs/msg/Image", "nav_msgs/msg/OccupancyGrid"
 
 
@@ -88,6 +90,8 @@ class TrialWriter:
         if isinstance(attached, CameraFrame):
             self._image(color_message(attached.stamp_ns, attached.frame_id, attached.color), COLOR, attached.stamp_ns)
             self._image(_float_image(attached.stamp_ns, attached.frame_id, attached.depth_m), DEPTH, attached.stamp_ns)
+        elif isinstance(attached, LidarCloud):
+            self._recorder.write_cdr(POINTS, CLOUD, attached.stamp_ns, encode(cloud_message(attached)))
         elif isinstance(attached, OccupancyGrid) and isinstance(record, MapUsed):
             self._grid(record.sha256, attached)
         self._recorder.write_json(record.topic, record, self._clock.now_ns())
@@ -182,7 +186,7 @@ class TrialReader:
         grids: dict[str, OccupancyGrid] = {}
         for message in self._log:
             try:
-                if message.topic in (COLOR, DEPTH, GRID, HEIGHTS):
+                if message.topic in (COLOR, DEPTH, GRID, HEIGHTS, POINTS):
                     pictures[message.topic] = decode(message.payload, message.type_name)
                 elif message.topic in RECORDS:
                     yield _entry(message, pictures, grids)
@@ -200,6 +204,8 @@ def _entry(message: LogMessage, pictures: dict[str, Message], grids: dict[str, O
         pixels = np.frombuffer(color.data, np.uint8).reshape(color.height, color.width, 3)
         frame = CameraFrame(record.stamp_ns, pixels, _floats(depth), record.intrinsics.intrinsics(), record.frame_id)
         return Entry(record, frame)
+    if isinstance(record, Cloud):
+        return Entry(record, _cloud_of(record, pictures))
     if isinstance(record, MapUsed):
         if record.sha256 not in grids:
             grids[record.sha256] = _grid_of(record, pictures)
@@ -215,6 +221,13 @@ def _grid_of(record: MapUsed, pictures: dict[str, Message]) -> OccupancyGrid:
     if MapUsed.of(grid).sha256 != record.sha256:
         raise ValueError("the grid is not the one that the record names")
     return grid
+
+
+def _cloud_of(record: Cloud, pictures: dict[str, Message]) -> LidarCloud:
+    cloud = cloud_of(pictures.pop(POINTS))
+    if len(cloud.points) != record.count:
+        raise ValueError(f"the cloud has {len(cloud.points)} points, its record names {record.count}")
+    return cloud
 
 
 def _float_image(stamp_ns: int, frame_id: str, values: Array) -> Message:

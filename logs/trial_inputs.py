@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from drivers.ports import CameraFrame
+from drivers.ports import CameraFrame, LidarCloud
 from logs.trial_parts import Calibration, Input, PlanarPose, Segment
 from openbelief.arrays import Array
 from openbelief.observation import Mask
@@ -94,6 +94,19 @@ class Frame(Input):
         return cls(stamp_ns=int(frame.stamp_ns), frame_id=frame.frame_id, intrinsics=calibration)
 
 
+class Cloud(Input):
+    """A lidar cloud; its points are on /trial/cloud/points, lossless."""
+
+    topic: ClassVar[str] = "/trial/cloud"
+    stamp_ns: int
+    frame_id: str
+    count: int
+
+    @classmethod
+    def of(cls, cloud: LidarCloud) -> Cloud:
+        return cls(stamp_ns=int(cloud.stamp_ns), frame_id=cloud.frame_id, count=len(cloud.points))
+
+
 class Segments(Input):
     """What perception saw in the frame of that stamp."""
 
@@ -114,12 +127,13 @@ class Segments(Input):
 
 
 class Plan(Input):
-    """The planner's answer to "could you get there?"."""
+    """The planner's answer to "could you get there?". way: its first metres."""
 
     topic: ClassVar[str] = "/trial/plan"
     goal: PlanarPose
     length_m: float | None
     reason: str
+    way: tuple[tuple[float, float], ...] = ()
 
 
 class OperatorReply(Input):
@@ -164,6 +178,16 @@ class Stop(Input):
 
     topic: ClassVar[str] = "/trial/stop"
     because: str
+    polls: int
+
+
+class Supervised(Input):
+    """The supervisor's verdict, where it is not the one before (GO at first). polls: as in Stop."""
+
+    topic: ClassVar[str] = "/trial/supervisor"
+    reaction: str
+    condition: str
+    sentence: str
     polls: int
 
 

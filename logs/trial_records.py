@@ -21,6 +21,7 @@ from logs.trial_decisions import (
 )
 from logs.trial_inputs import (
     CancelAnswer,
+    Cloud,
     Frame,
     GoalAnswer,
     MapUsed,
@@ -33,6 +34,7 @@ from logs.trial_inputs import (
     RobotPose,
     Segments,
     Stop,
+    Supervised,
     Transform,
 )
 from logs.trial_parts import Calibration, Decision, Input, Note, PlanarPose, Record, Segment
@@ -44,6 +46,7 @@ __all__ = [
     "Check",
     "Checks",
     "Chosen",
+    "Cloud",
     "Decision",
     "Ended",
     "Exclusion",
@@ -68,6 +71,7 @@ __all__ = [
     "Segment",
     "Segments",
     "Stop",
+    "Supervised",
     "Told",
     "Transform",
     "Transition",

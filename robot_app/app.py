@@ -12,12 +12,13 @@ import numpy as np
 
 from drivers.bridge_keys import BridgeKeys
 from drivers.clock import SystemClock
+from drivers.livox.driver import LivoxLidar, LivoxSettings
 from drivers.nav2_bridge import Nav2Bridge
-from drivers.ports import Camera, Clock, Lidar, Map, Navigator, Operator, PortError, Ports, PoseSource
+from drivers.ports import Battery, Camera, Clock, Lidar, Map, Navigator, Operator, PortError, Ports, PoseSource, Safety
 from drivers.realsense import RealSenseCamera
 from drivers.realsense_frames import RealSenseSettings
-from drivers.ros_topics import RosCamera, RosLidar, RosMap, RosPoseSource
-from drivers.topics import CAMERA_INFO, DEPTH, LIDAR, MAP, color_topic
+from drivers.ros_topics import RosBattery, RosCamera, RosLidar, RosMap, RosPoseSource
+from drivers.topics import BATTERY, CAMERA_INFO, LIDAR, MAP, color_topic, depth_topic
 from drivers.zenoh_link import LinkConfig, ZenohLink
 from openbelief.perception.ports import Perception, TextEncoder
 from robot_app.config import Config, Topics
@@ -59,11 +60,13 @@ class Robot:
     poses: PoseSource
     map: Map
     navigator: Navigator
+    battery: Battery | None
     site: Site
 
-    def ports(self, operator: Operator, perception: Perception) -> Ports:
+    def ports(self, operator: Operator, perception: Perception, safety: Safety | None = None) -> Ports:
         """What a mission needs."""
-        return Ports(self.clock, self.camera, self.poses, self.map, self.navigator, operator, perception)
+        lidar = self.lidar if self.site.config.safety.lidar == "used" else None
+        return Ports(self.clock, self.camera, self.poses, self.map, self.navigator, operator, perception, lidar, safety)
 
 
 @contextmanager
@@ -83,6 +86,7 @@ def open_robot(config: Config) -> Iterator[Robot]:
             poses=poses,
             map=grid,
             navigator=body["navigator"](site, poses, grid),
+            battery=body["battery"](site),
             site=site,
         )
         if site.simulation is not None:
@@ -150,7 +154,7 @@ def _camera(site: Site, word: str) -> Camera:
         site.clock,
         wire.keys,
         color=color_topic(wire.topics.color),
-        depth=replace(DEPTH, name=wire.topics.depth),
+        depth=depth_topic(wire.topics.depth),
         camera_info=replace(CAMERA_INFO, name=wire.topics.camera_info),
     )
     camera.start()
@@ -162,6 +166,13 @@ def _lidar(site: Site, word: str) -> Lidar:
     lidar = RosLidar(wire.link, site.clock, wire.keys, topic=replace(LIDAR, name=wire.topics.lidar))
     lidar.start()
     return lidar
+
+
+def _battery(site: Site, word: str) -> Battery:
+    wire = _wire(site, word)
+    battery = RosBattery(wire.link, site.clock, wire.keys, topic=replace(BATTERY, name=wire.topics.battery))
+    battery.start()
+    return battery
 
 
 def _poses(site: Site, word: str) -> PoseSource:
@@ -197,6 +208,15 @@ def _real_camera(site: Site) -> Camera:
     return site.opened.enter_context(RealSenseCamera(settings, site.clock))
 
 
+def _real_lidar(site: Site) -> Lidar:
+    """Raises PortError where the lidar's ports are taken, or there is no real clock to time it by."""
+    if site.simulation is not None:
+        raise PortError(
+            'A real lidar cannot keep a simulated robot\'s time: set every port that says "sim" to another.'
+        )
+    return site.opened.enter_context(LivoxLidar(LivoxSettings(**site.config.livox.model_dump()), site.clock))
+
+
 def _replayed(name: str) -> Callable[[Site], Any]:
     def body(site: Site) -> Any:
         if site.recording is None:
@@ -213,6 +233,9 @@ def _on(word: str, body: Callable[..., Any]) -> Callable[..., Any]:
 # (port, word in robot.toml) -> the body. A simulated robot is the ROS driver in front of the simulated wire.
 BODIES: dict[tuple[str, str], Callable[..., Any]] = {
     ("camera", "real"): _real_camera,
+    ("lidar", "real"): _real_lidar,
+    ("battery", "none"): lambda _: None,
+    ("battery", "ros"): _on("ros", _battery),
     **{(port, "replay"): _replayed(port) for port in ("camera", "lidar", "pose", "map")},
     **{
         (port, word): _on(word, body)

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from behaviors.policy import MissionPolicy
+from behaviors.supervisor import SafetyPolicy
 from openbelief.arrays import Array
 from openbelief.parameters import Parameters
 from openbelief.pose import quaternion_from_rpy, transform
@@ -34,9 +35,10 @@ class Ports(Section):
     pose: Literal["ros", "replay", "sim"] = "sim"
     map: Literal["ros", "replay", "sim"] = "sim"
     navigator: Literal["ros", "sim"] = "sim"
+    battery: Literal["none", "ros"] = "none"
 
     def uses(self, body: Body) -> bool:
-        return body in (self.camera, self.lidar, self.pose, self.map, self.navigator)
+        return body in (self.camera, self.lidar, self.pose, self.map, self.navigator, self.battery)
 
 
 class Zenoh(Section):
@@ -184,6 +186,7 @@ class Config(Section):
     onboard: Onboard = Onboard()
     perception: Perception = Perception()
     mission: MissionPolicy = MissionPolicy()
+    safety: SafetyPolicy = SafetyPolicy()
     parameters: Parameters = Parameters()
 
     @model_validator(mode="after")

@@ -7,13 +7,14 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from behaviors.events import Outcome
+from behaviors.events import USE_THE_REMOTE, Outcome
 from drivers.clock import SystemClock
 from drivers.ports import Clock, Operator
 from logs.structured import configure
 from openbelief.memory import ObjectMemory
 from robot_app.app import Robot, mission_perception, mission_text_encoder, open_robot
 from robot_app.config import Config, ConfigError, dump_config
+from robot_app.safety import Watch, watched
 from robot_app.trials import run_recorded
 
 
@@ -30,10 +31,18 @@ class Missions:
     """Missions of one operator on one robot over one frozen memory."""
 
     def __init__(
-        self, config: Config, robot: Robot, memory: ObjectMemory, memory_path: Path, operator: Operator
+        self,
+        config: Config,
+        robot: Robot,
+        memory: ObjectMemory,
+        memory_path: Path,
+        operator: Operator,
+        watch: Watch,
     ) -> None:
         self._config, self._robot, self._memory, self._memory_path = config, robot, memory, memory_path
-        self.ports = robot.ports(operator, mission_perception(config, mission_text_encoder(config)))
+        self.watch = watch
+        perception = mission_perception(config, mission_text_encoder(config))
+        self.ports = robot.ports(operator, perception, watch.safety)
 
     def ask(self, sentence: str, trial: Path | None = None) -> Recorded:
         """Run one mission to its end. Raises ValueError where the sentence names nothing."""
@@ -52,6 +61,8 @@ class Missions:
             query_id=f"{trial_id}-1",
             configuration=dump_config(self._config),
         )
+        if USE_THE_REMOTE in outcome.reason.lower():
+            self.watch.heartbeat.abandon()  # our cancel went unanswered: the watchdog on the robot cancels there
         return Recorded(outcome, path, failure)
 
 
@@ -61,8 +72,12 @@ def open_missions(config: Config, operator: Operator) -> Iterator[Missions]:
     if config.memory is None:
         raise ConfigError('no memory is named: say memory = "site.belief" (openbelief map makes one)')
     memory = ObjectMemory.open(config.memory, text_encoder=mission_text_encoder(config))
-    with open_robot(config) as robot, _log_file(config.trials / "log.jsonl", robot.clock):
-        yield Missions(config, robot, memory, config.memory, operator)
+    with (
+        open_robot(config) as robot,
+        _log_file(config.trials / "log.jsonl", robot.clock),
+        watched(config, robot, memory) as watch,
+    ):
+        yield Missions(config, robot, memory, config.memory, operator, watch)
 
 
 @contextmanager

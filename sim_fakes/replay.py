@@ -9,6 +9,7 @@ import numpy as np
 
 from drivers.ports import (
     CameraFrame,
+    LidarCloud,
     LinkLost,
     NavigationFeedback,
     NavigationResult,
@@ -17,7 +18,9 @@ from drivers.ports import (
     PortError,
     Ports,
     PoseUnavailable,
+    Reaction,
     StaleData,
+    Verdict,
 )
 from logs import trial_records as records
 from logs.journal import Entry
@@ -31,7 +34,7 @@ from sim_fakes.sim_clock import SimClock
 Kind = TypeVar("Kind", bound=records.Record)
 PORT_ERRORS = {kind.__name__: kind for kind in (PortError, StaleData, PoseUnavailable, LinkLost)}
 # What may come next while a goal is under way and has no result yet.
-DURING_A_DRIVE = (records.Stop, records.CancelAnswer)
+DURING_A_DRIVE = (records.Stop, records.CancelAnswer, records.Supervised)
 
 
 class Divergence(PortError):
@@ -80,6 +83,15 @@ class RecordedInputs:
         self._polls += 1
         return None
 
+    def verdict(self) -> records.Supervised | None:
+        """The supervisor's next verdict, at the very poll at which it came; None before it."""
+        self.raise_failure("safety.verdict")
+        record = self.upcoming
+        if isinstance(record, records.Supervised) and record.polls <= self._polls:
+            self._next()
+            return record
+        return None
+
     def _next(self) -> Entry:
         entry = self._entries[self._given]
         self._given += 1
@@ -98,6 +110,17 @@ def replay_ports(entries: Sequence[Entry]) -> Ports:
         navigator=ReplayNavigator(inputs),
         operator=ReplayOperator(inputs),
         perception=ReplayPerception(inputs, entries),
+        lidar=ReplayLidar(inputs) if _had_lidar(entries) else None,
+        safety=ReplaySafety(inputs),
+    )
+
+
+def _had_lidar(entries: Sequence[Entry]) -> bool:
+    """Whether the mission asked a lidar; trials of before it was used have none."""
+    return any(
+        isinstance(e.record, records.Cloud)
+        or (isinstance(e.record, records.PortFailure) and e.record.call == "lidar.latest")
+        for e in entries
     )
 
 
@@ -110,6 +133,30 @@ class ReplayCamera:
         if not isinstance(entry.attached, CameraFrame):
             raise Divergence("the trial's frame has no images")
         return entry.attached
+
+
+class ReplayLidar:
+    def __init__(self, inputs: RecordedInputs) -> None:
+        self._inputs = inputs
+
+    def latest(self, max_age_s: float) -> LidarCloud:  # noqa: ARG002
+        _, entry = self._inputs.take(records.Cloud, "lidar.latest")
+        if not isinstance(entry.attached, LidarCloud):
+            raise Divergence("the trial's cloud has no points")
+        return entry.attached
+
+
+class ReplaySafety:
+    """The verdict of the trial's supervisor: GO until it says something else."""
+
+    def __init__(self, inputs: RecordedInputs) -> None:
+        self._inputs = inputs
+        self._verdict = Verdict()
+
+    def verdict(self, goal: Pose2 | None) -> Verdict:  # noqa: ARG002
+        if (record := self._inputs.verdict()) is not None:
+            self._verdict = Verdict(Reaction(record.reaction), record.condition, record.sentence)
+        return self._verdict
 
 
 class ReplayPoses:
@@ -162,7 +209,7 @@ class ReplayNavigator:
     def plan(self, goal: Pose2) -> PathPlan:
         record, _ = self._inputs.take(records.Plan, "navigator.plan")
         _same_goal("plan", goal, record.goal)
-        return PathPlan(record.length_m, record.reason)
+        return PathPlan(record.length_m, record.reason, record.way)
 
     def send(self, goal: Pose2) -> NavigationResult | None:
         self._ended = None

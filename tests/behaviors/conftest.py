@@ -15,11 +15,13 @@ from behaviors.mission import Mission
 from behaviors.policy import MissionPolicy
 from drivers.ports import (
     CameraFrame,
+    LidarCloud,
     NavigationResult,
     NavigationStatus,
     PathPlan,
     Ports,
     StaleData,
+    Verdict,
 )
 from drivers.ros_convert import (
     camera_info_message,
@@ -39,7 +41,7 @@ from openbelief.memory import ObjectMemory
 from openbelief.observation import Intrinsics, Mask, Observation, RgbdFrame
 from openbelief.parameters import Parameters
 from openbelief.perception.sentence import SentenceEncoder
-from openbelief.pose import Pose2
+from openbelief.pose import Pose2, apply, inverse
 from openbelief.traversability import FREE, OCCUPIED, OccupancyGrid
 from sim_fakes.replay import replay_ports
 from sim_fakes.sim_clock import SimClock
@@ -116,6 +118,9 @@ class Stage:
         self.replies: list[str] = []  # to "may I?"; afterwards "yes"
         self.stop_when: Callable[[], bool] = lambda: False
         self.on_perceive: Callable[[], None] = lambda: None
+        self.cloud: Callable[[], Array] | None = None  # (n, 3) map points that the lidar sees; None: no lidar
+        self.way: tuple[tuple[float, float], ...] = ()  # what the planner tells of each path
+        self.verdict: Callable[[Pose2 | None], Verdict] | None = None  # None: nobody supervises
         self.told: list[str] = []
         self.sent: list[Pose2] = []
         self.cancelled: list[str] = []
@@ -153,6 +158,8 @@ class Stage:
             navigator=StageNavigator(self),
             operator=StageOperator(self),
             perception=StagePerception(self),
+            lidar=StageLidar(self) if self.cloud else None,
+            safety=SimpleNamespace(verdict=self.verdict) if self.verdict else None,
         )
 
 
@@ -181,7 +188,7 @@ class StageNavigator:
 
     def plan(self, goal: Pose2) -> PathPlan:
         why = self.stage.no_path(goal)
-        return PathPlan(None, why) if why else PathPlan(goal.distance_to(self.stage.robot))
+        return PathPlan(None, why) if why else PathPlan(goal.distance_to(self.stage.robot), way=self.stage.way)
 
     def send(self, goal: Pose2) -> NavigationResult | None:
         self.stage.sent.append(goal)
@@ -234,6 +241,15 @@ class StageCamera:
         depth, _ = render(self.stage.boxes, self.stage.robot)
         color = np.full((*depth.shape, 3), 90, np.uint8)
         return CameraFrame(self.stage.clock.now_ns(), color, depth, K, CAMERA_FRAME)
+
+
+class StageLidar:
+    def __init__(self, stage: Stage) -> None:
+        self.stage = stage
+
+    def latest(self, max_age_s: float) -> LidarCloud:
+        points = apply(inverse(self.stage.robot.matrix()), self.stage.cloud()).astype(np.float32)
+        return LidarCloud(self.stage.clock.now_ns(), points, "livox_frame")
 
 
 class StagePoses:

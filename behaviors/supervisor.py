@@ -1,0 +1,238 @@
+"""May the robot move? A pure judgement over what is known now, condition by condition.
+
+Time is monotonic and belongs to us: a sample is as old as the moment at which it last *changed* here. So data that is
+missing, a stamp that stands still and the same picture under new stamps are all caught, and a clock that jumps by an
+hour, ours or the robot's, changes nothing.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Literal
+
+from behaviors.zones import Polygon, inside
+from drivers.ports import Reaction, Verdict
+from openbelief.pose import Pose2, wrap_angle
+
+SPEED_MAX, TURN_MAX = 1.5, 2.0  # m/s and rad/s: no G1 under Nav2 is faster
+
+
+@dataclass(frozen=True, kw_only=True)
+class SafetyPolicy:
+    """What a site decides about safety. watchdog: whether a robot over ROS must have one; lidar: whether it is used.
+
+    keep_out: polygons nothing may enter; allowed: one polygon nothing may leave, () = everywhere; points
+    are (x, y), map frame, metres. Raises ValueError on limits that make no sense.
+    """
+
+    watchdog: Literal["required", "off"] = "required"
+    lidar: Literal["used", "off"] = "used"
+    pose_max_age_s: float = 0.5
+    cloud_max_age_s: float = 1.0
+    camera_max_age_s: float = 2.0
+    stuck_s: float = 3.0  # the same pixels or points under new stamps for so long
+    jump_m: float = 0.5
+    jump_rad: float = 1.0
+    battery_start: float = 0.40
+    battery_return: float = 0.25
+    disk_min_bytes: int = 2_000_000_000
+    keep_out: tuple[Polygon, ...] = ()
+    allowed: Polygon = ()
+
+    def __post_init__(self) -> None:
+        for spec in dataclasses.fields(self):
+            value = getattr(self, spec.name)
+            if isinstance(value, float) and not (math.isfinite(value) and value > 0):
+                raise ValueError(f"Safety limit {spec.name} must be greater than 0, got {value}.")
+        for polygon in (*self.keep_out, *([self.allowed] if self.allowed else [])):
+            if len(polygon) < 3 or not all(math.isfinite(c) for point in polygon for c in point):
+                raise ValueError(f"A keep-out or allowed polygon needs 3 or more finite (x, y) points, got {polygon}.")
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """What a sensor's newest sample is known by. digest: of its content."""
+
+    stamp_ns: int
+    digest: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Facts:
+    """What is known now. A sensor that is not there at all is not in `expected`; None: expected and no data.
+
+    pose: fresh (its own age is the port's). battery: 0 to 1. goal: where it goes or is about to go, None before a
+    mission. link, watchdog, memory: sentences on what is wrong there, None where nothing is.
+    """
+
+    expected: frozenset[str] = frozenset()  # of "camera", "cloud", "battery"
+    pose: Pose2 | None = None
+    camera: Sample | None = None
+    cloud: Sample | None = None
+    battery: float | None = None
+    disk_free_bytes: int | None = None
+    goal: Pose2 | None = None
+    link: str | None = None
+    watchdog: str | None = None
+    memory: str | None = None
+
+
+@dataclass
+class Ages:
+    """When a sensor's stamp and its content last changed, by our time; None before its first sample."""
+
+    sample: Sample | None = None
+    stamp_changed_ns: int | None = None
+    content_changed_ns: int | None = None
+
+    def see(self, now_ns: int, sample: Sample | None) -> None:
+        if sample is None:
+            return
+        if self.sample is None or sample.stamp_ns != self.sample.stamp_ns:
+            self.stamp_changed_ns = now_ns
+        if self.sample is None or sample.digest != self.sample.digest:
+            self.content_changed_ns = now_ns
+        self.sample = sample
+
+    def trouble(self, now_ns: int, what: str, max_age_s: float, stuck_s: float) -> str | None:
+        if self.stamp_changed_ns is None or self.content_changed_ns is None:
+            return f"There is no {what} yet."
+        if (age_s := (now_ns - self.stamp_changed_ns) / 1e9) > max_age_s:
+            return f"No new {what} for {age_s:.1f} s (allowed: {max_age_s:g} s)."
+        if (same_s := (now_ns - self.content_changed_ns) / 1e9) > stuck_s:
+            return f"The {what} is stuck: its content has been the same for {same_s:.1f} s."
+        return None
+
+
+@dataclass
+class Known:
+    """One moment, with what was seen before it."""
+
+    now_ns: int
+    facts: Facts
+    limits: SafetyPolicy
+    camera: Ages = field(default_factory=Ages)
+    cloud: Ages = field(default_factory=Ages)
+    jump: str | None = None
+
+
+Condition = Callable[[Known], str | None]
+
+
+class Supervisor:
+    """`update` gives the gravest verdict, by the order of CONDITIONS among equals."""
+
+    def __init__(self, limits: SafetyPolicy) -> None:
+        self._limits, self._camera, self._cloud = limits, Ages(), Ages()
+        self._pose: tuple[int, Pose2] | None = None
+
+    def update(self, now_ns: int, facts: Facts) -> Verdict:
+        self._camera.see(now_ns, facts.camera)
+        self._cloud.see(now_ns, facts.cloud)
+        known = Known(now_ns, facts, self._limits, self._camera, self._cloud, self._jump(now_ns, facts.pose))
+        found = [
+            Verdict(reaction, name, sentence)
+            for name, (reaction, condition) in CONDITIONS.items()
+            if (sentence := condition(known))
+        ]
+        return max(found, key=lambda verdict: GRAVITY.index(verdict.reaction), default=Verdict())
+
+    def _jump(self, now_ns: int, pose: Pose2 | None) -> str | None:
+        """Further than any robot walks in that time is localisation's doing."""
+        if pose is None:
+            return None
+        before, self._pose = self._pose, (now_ns, pose)
+        if before is None:
+            return None
+        elapsed_s, moved_m = (now_ns - before[0]) / 1e9, pose.distance_to(before[1])
+        turned_rad = abs(wrap_angle(pose.yaw - before[1].yaw))
+        if moved_m > self._limits.jump_m + SPEED_MAX * elapsed_s:
+            return f"Localisation jumped by {moved_m:.1f} m within {elapsed_s:.1f} s."
+        if turned_rad > self._limits.jump_rad + TURN_MAX * elapsed_s:
+            return f"Localisation turned by {math.degrees(turned_rad):.0f} degrees within {elapsed_s:.1f} s."
+        return None
+
+
+def _pose(known: Known) -> str | None:
+    return None if known.facts.pose else "The robot does not know where it is: no fresh map -> base_link."
+
+
+def _camera(known: Known) -> str | None:
+    if "camera" not in known.facts.expected:
+        return None
+    return known.camera.trouble(known.now_ns, "camera image", known.limits.camera_max_age_s, known.limits.stuck_s)
+
+
+def _cloud(known: Known) -> str | None:
+    if "cloud" not in known.facts.expected:
+        return None
+    return known.cloud.trouble(known.now_ns, "lidar cloud", known.limits.cloud_max_age_s, known.limits.stuck_s)
+
+
+def _battery_unknown(known: Known) -> str | None:
+    unknown = "battery" in known.facts.expected and known.facts.battery is None
+    return "The battery's charge is not known." if unknown else None
+
+
+def _battery_low(known: Known) -> str | None:
+    charge, limits = known.facts.battery, known.limits
+    if charge is None or known.facts.goal is not None or charge >= limits.battery_start:
+        return None
+    return f"The battery is at {charge:.0%}; a mission starts with {limits.battery_start:.0%} or more."
+
+
+def _battery_empty(known: Known) -> str | None:
+    charge, least = known.facts.battery, known.limits.battery_return
+    return f"The battery is at {charge:.0%}: bring the robot back." if charge is not None and charge < least else None
+
+
+def _disk(known: Known) -> str | None:
+    free, least = known.facts.disk_free_bytes, known.limits.disk_min_bytes
+    if free is None or free >= least:
+        return None
+    return f"The disk has {free / 1e9:.1f} GB left, less than {least / 1e9:.1f}: a trial might not be recorded."
+
+
+def _outside(pose: Pose2 | None, limits: SafetyPolicy, who: str) -> str | None:
+    """Where a pose must not be, with its place."""
+    if pose is None:
+        return None
+    at = f"({pose.x:.1f}, {pose.y:.1f})"
+    for number, polygon in enumerate(limits.keep_out, start=1):
+        if inside(pose.xy, polygon):
+            return f"{who} {at} is in keep-out area {number}."
+    if limits.allowed and not inside(pose.xy, limits.allowed):
+        return f"{who} {at} is outside the allowed region."
+    return None
+
+
+def _robot_zone(known: Known) -> str | None:
+    return _outside(known.facts.pose, known.limits, "The robot")
+
+
+def _goal_zone(known: Known) -> str | None:
+    return _outside(known.facts.goal, known.limits, "The goal")
+
+
+GOAL_ZONE = "goal zone"  # the one condition that another goal mends
+GRAVITY = (Reaction.GO, Reaction.NO_NEW_MOTION, Reaction.HOLD, Reaction.CANCEL)
+
+# condition -> what it asks for, and the test that gives the operator's sentence
+CONDITIONS: dict[str, tuple[Reaction, Condition]] = {
+    "watchdog": (Reaction.CANCEL, lambda known: known.facts.watchdog),
+    "link": (Reaction.CANCEL, lambda known: known.facts.link),
+    "localisation jump": (Reaction.CANCEL, lambda known: known.jump),
+    "robot zone": (Reaction.CANCEL, _robot_zone),
+    "battery empty": (Reaction.CANCEL, _battery_empty),
+    "memory and map": (Reaction.CANCEL, lambda known: known.facts.memory),
+    "pose": (Reaction.HOLD, _pose),
+    "cloud": (Reaction.HOLD, _cloud),
+    GOAL_ZONE: (Reaction.NO_NEW_MOTION, _goal_zone),
+    "camera": (Reaction.NO_NEW_MOTION, _camera),
+    "battery low": (Reaction.NO_NEW_MOTION, _battery_low),
+    "battery unknown": (Reaction.NO_NEW_MOTION, _battery_unknown),
+    "disk": (Reaction.NO_NEW_MOTION, _disk),
+}

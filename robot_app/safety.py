@@ -1,0 +1,53 @@
+"""What watches over live missions: the supervisor with its sources, and the heartbeat for the robot's watchdog."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from behaviors.supervision import Sources, Supervision, nothing_wrong
+from drivers.heartbeat import Heartbeat, WatchdogView
+from drivers.ports import Safety
+from drivers.zenoh_link import ZenohLink
+from openbelief.memory import ObjectMemory
+from robot_app.app import Robot
+from robot_app.config import Config
+
+
+@dataclass(frozen=True)
+class Watch:
+    """watchdog: the robot's, as it is heard here; a simulated robot has none."""
+
+    safety: Safety
+    heartbeat: Heartbeat
+    watchdog: WatchdogView
+
+
+@contextmanager
+def watched(config: Config, robot: Robot, memory: ObjectMemory) -> Iterator[Watch]:
+    """Beats as long as missions may run; the supervisor is asked by them."""
+    wire = robot.site.wires[config.ports.navigator]
+    watchdog = WatchdogView(wire.link, wire.keys)
+    watchdog.start()
+    needed = config.ports.navigator == "ros" and config.safety.watchdog == "required"
+    sources = Sources(
+        clock=robot.clock,
+        poses=robot.poses,
+        map=robot.map,
+        camera=robot.camera,
+        lidar=robot.lidar if config.safety.lidar == "used" else None,
+        battery=robot.battery,
+        disk_free_bytes=lambda: shutil.disk_usage(config.trials).free,
+        link=_link_trouble(wire.link),
+        watchdog=watchdog.trouble if needed else nothing_wrong,
+        memory=memory,
+    )
+    with Heartbeat(wire.link, wire.keys) as heartbeat:
+        yield Watch(Supervision(sources, config.safety), heartbeat, watchdog)
+
+
+def _link_trouble(link: ZenohLink) -> Callable[[], str | None]:
+    where = ", ".join(link.config.endpoints)
+    return lambda: None if link.alive else f"The link to the robot ({where}) is down."
