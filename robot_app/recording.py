@@ -73,6 +73,8 @@ def record(
         _describe(recorder, job.config)
         queue = opened.enter_context(QueuedRecorder(recorder, robot.clock))
         tap = start_taps(robot, job.config, queue)
+        if robot.site.simulation is not None:
+            robot.site.simulation.site.topics.start_imu()
         gauge = Gauge(robot, queue, recorder, tap)
         _run(job, robot, queue, recorder, tap, gauge, stop, show)
         queue.drain()

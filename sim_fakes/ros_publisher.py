@@ -7,12 +7,19 @@ from typing import Protocol
 
 from drivers.ports import LidarCloud
 from drivers.ros_clouds import cloud_message
-from drivers.ros_convert import camera_info_message, color_message, depth_message, grid_message, transforms_message
+from drivers.ros_convert import (
+    camera_info_message,
+    color_message,
+    depth_message,
+    grid_message,
+    imu_message,
+    transforms_message,
+)
 from drivers.ros_messages import Message, encode
-from drivers.topics import CAMERA_INFO, COLOR, DEPTH, LIDAR, MAP, TF, TF_STATIC, Topic
+from drivers.topics import CAMERA_INFO, COLOR, DEPTH, LIDAR, LIDAR_IMU, MAP, TF, TF_STATIC, Topic
 from openbelief.arrays import Array
 from openbelief.observation import Intrinsics
-from openbelief.pose import T_CAMERA_LINK_OPTICAL, Pose2, inverse
+from openbelief.pose import T_CAMERA_LINK_OPTICAL, Pose2, inverse, wrap_angle
 from openbelief.traversability import OccupancyGrid
 from sim_fakes.faults import SensorFaults
 from sim_fakes.sim_bridge import SimBridge
@@ -20,6 +27,8 @@ from sim_fakes.sim_clock import SimClock
 
 CAMERA_FRAME, LIDAR_FRAME = "camera_color_optical_frame", "livox_frame"
 TF_RATE_HZ = 20.0  # each sample costs a fence
+IMU_PER_TF = 10  # 200 Hz
+GRAVITY_M_S2 = 9.81
 
 
 class Body(Protocol):
@@ -88,6 +97,26 @@ class SimRosPublisher:
             self._send_lidar()
             self._send_camera()
         self._tf()
+
+    def start_imu(self) -> None:
+        """The lidar's IMU too, ten samples at a time; missions do not read it, recordings keep it."""
+        yaws = [self._robot.pose.yaw]
+
+        def send() -> None:
+            yaw = self._robot.pose.yaw
+            self._send_imu(wrap_angle(yaw - yaws[0]) * TF_RATE_HZ)
+            yaws[0] = yaw
+            self._bridge.flush()
+
+        self._clock.every(1.0 / TF_RATE_HZ, send)
+
+    def _send_imu(self, turn_rad_s: float) -> None:
+        """What the base feels, turned into the lidar's frame; the stamps are spread over the time since the last."""
+        R_lidar_base = self._robot.T_base_lidar[:3, :3].T
+        gyro, acceleration = R_lidar_base @ [0.0, 0.0, turn_rad_s], R_lidar_base @ [0.0, 0.0, GRAVITY_M_S2]
+        step_ns = round(1e9 / TF_RATE_HZ / IMU_PER_TF)
+        for back in reversed(range(IMU_PER_TF)):
+            self._send(LIDAR_IMU, imu_message(self._stamp_ns() - back * step_ns, LIDAR_FRAME, gyro, acceleration))
 
     def _mounts(self) -> list[tuple[str, str, Array]]:
         T_base_link = self._robot.T_base_camera @ inverse(T_CAMERA_LINK_OPTICAL)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import signal
 import subprocess
@@ -13,6 +14,7 @@ from pathlib import Path
 import pytest
 from rosbags.highlevel import AnyReader
 
+from drivers.ros_messages import decode
 from logs.event_log import read_events
 from logs.frames import FrameReader
 from logs.reader import LogReader
@@ -27,6 +29,7 @@ SENSED = {
     "/camera/aligned_depth_to_color/image_raw",
     "/camera/color/camera_info",
     "/livox/lidar",
+    "/livox/imu",
     "/tf",
     "/tf_static",
     "/map",
@@ -58,6 +61,14 @@ def test_every_file_of_a_walk_holds_all_that_a_reader_of_it_alone_needs(walk: Pa
         assert "commit" in log.metadata()["openbelief.recording"]
         assert [attachment.name for attachment in log.attachments()] == ["robot.toml"]
         assert list(FrameReader(file)), f"{file.name} gives no frame"
+
+
+def test_the_imu_comes_at_200_hz_with_gravity_upwards_in_the_hanging_lidar(walk: Path) -> None:
+    messages = [message for message in LogReader(walk) if message.topic == "/livox/imu"]
+    steps_ns = {b.stamp_ns - a.stamp_ns for a, b in itertools.pairwise(messages)}
+    assert steps_ns == {5_000_000}
+    felt = decode(messages[0].payload, "sensor_msgs/msg/Imu").linear_acceleration
+    assert felt.z == pytest.approx(-9.81, abs=0.1)
 
 
 def test_independent_tools_accept_the_recording(walk: Path) -> None:
