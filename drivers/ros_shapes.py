@@ -33,6 +33,11 @@ class Shapes:
         """Those that agree with all that was heard; one message of each kind tells Humble, Jazzy and Lyrical apart."""
         return tuple(shapes.distribution for shapes in self._left)
 
+    def warm_up(self, type_names: list[str]) -> None:
+        """`Codec.warm_up` of every candidate."""
+        for shapes in self._all:
+            shapes.warm_up(type_names)
+
     def decode(self, payload: bytes, type_name: str) -> Message:
         """The message, in the first shape left that fits; raises WireError where it fits none of any distribution."""
         with self._lock:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scipy.sparse.csgraph  # noqa: F401  the simulated planner's first path would load it while a question waits
 
 from drivers.bridge_keys import Keys
 from drivers.nav2_bridge import Nav2Bridge, Nav2Limits
