@@ -75,12 +75,17 @@ class Files:
     def pictures(self) -> Path:
         return self.folder / "pictures"
 
+    def old(self) -> list[Path]:
+        """What an earlier demo left here and a new one makes anew, unfinished files and caches too."""
+        patterns = ("walk*.mcap*", "site.belief*", "trial.mcap*", "log.jsonl", "pictures/*.png")
+        return [path for pattern in patterns for path in self.folder.glob(pattern)]
+
 
 def run_demo(folder: Path, query: str, scene: str, seed: int, progress: Progress, tell: Callable[[str], None]) -> Demo:
     """Leaves everything in `folder`. Raises Failure, PortError, SceneError or ValueError with a sentence."""
     files = Files(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    for old in (files.walk, files.memory, files.trial, files.log, *files.pictures.glob("*.png")):
+    for old in files.old():
         old.unlink(missing_ok=True)
     config = Config(
         memory=files.memory,
