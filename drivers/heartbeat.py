@@ -54,6 +54,7 @@ class Heartbeat:
     def abandon(self) -> None:
         """Fall silent on purpose, so that the watchdog on the robot stops it: our own cancel went unanswered."""
         self._stop.set()
+        self._thread.join()
 
     def _run(self) -> None:
         due_s = time.monotonic()

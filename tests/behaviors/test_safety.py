@@ -11,6 +11,7 @@ from behaviors.events import End
 from behaviors.supervisor import GOAL_ZONE
 from drivers.ports import NavigationResult, NavigationStatus, Reaction, Verdict
 from logs import trial_records as records
+from robot_app.trials import replay_trial, run_recorded
 
 GO = Verdict()
 NOTHING = np.zeros((0, 3))
@@ -169,3 +170,30 @@ def test_a_crowded_robot_with_nowhere_else_to_go_looks_from_where_it_is(s):
     s.cloud = lambda: blob(s.sent[0].x, s.sent[0].y + 0.42) if s.sent else NOTHING
     outcome = s.run()
     assert outcome.end is End.CONFIRMED and len(s.sent) == 1
+
+
+def test_verdicts_and_clouds_come_back_from_the_trials_file_and_replay_to_the_same_decisions(s, make, tmp_path):
+    s.cloud, s.drives = lambda: blob(1.0, 7.0), [make.drive(end=None), make.drive()]
+    s.way = ((1.0, 1.0), (1.5, 1.0))
+    s.verdict = script((10, GO), (20, wrong(Reaction.HOLD)), (1, GO))
+    s.memory.save(tmp_path / "site.belief")
+    outcome, failure = run_recorded(
+        tmp_path / "trial.mcap",
+        "take me to the fire extinguisher",
+        ports=s.ports,
+        memory=s.memory,
+        memory_path=tmp_path / "site.belief",
+        parameters=s.parameters,
+        policy=s.policy,
+        trial_id="trial-1",
+        query_id="query-1",
+    )
+    assert (outcome.end, failure) == (End.CONFIRMED, None)
+    replayed = replay_trial(tmp_path / "trial.mcap")
+    assert replayed.difference is None
+    kept = replayed.trial.records
+    assert [v.reaction for v in kept if isinstance(v, records.Supervised)] == ["hold", "go"]
+    [plan] = [p for p in kept if isinstance(p, records.Plan)]
+    assert plan.way == s.way
+    clouds = [e.attached for e in replayed.trial.entries if isinstance(e.record, records.Cloud)]
+    assert {len(cloud.points) for cloud in clouds} == {20}

@@ -1,0 +1,187 @@
+"""What `openbelief onboard` publishes, heard by the workstation's own ports through a real router."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from drivers.ports import CameraFrame, LidarCloud, LinkLost, PoseUnavailable, StaleData
+from drivers.ros_messages import encode, header, make
+from drivers.ros_publish import SensorPublisher
+from drivers.ros_topics import RosBattery, RosCamera, RosLidar, RosPoseSource
+from drivers.topics import BATTERY, COLOR_JPEG, DEPTH_PNG, LIDAR
+from drivers.zenoh_link import LinkConfig, ZenohLink, open_router
+from openbelief.observation import Intrinsics
+from openbelief.pose import transform
+from sim_fakes.sim_clock import SimClock
+
+START_NS = 1_700_000_000_000_000_000
+K = Intrinsics(64, 48, 60.0, 60.0, 31.5, 23.5)
+MOUNT = ("base_link", "camera_color_optical_frame", transform([0.1, 0.0, 1.2], [-0.5, 0.5, -0.5, 0.5]))
+
+FLOOR = ("map", "base_link", np.eye(4))
+
+
+@dataclass
+class Sensor:
+    """A Camera and a Lidar that see something new every `period_s` of the clock."""
+
+    clock: SimClock
+    period_s: float = 1 / 30
+    fails: Exception | None = None
+    asked: list[float] = field(default_factory=list)
+
+    def stamp_ns(self) -> int:
+        if self.fails:
+            raise self.fails
+        period_ns = round(self.period_s * 1e9)
+        return self.clock.now_ns() // period_ns * period_ns
+
+    def frame(self, max_age_s: float) -> CameraFrame:
+        stamp_ns = self.stamp_ns()
+        color = np.full((48, 64, 3), (200, 40, 30), np.uint8)
+        depth = np.linspace(0.0, 4.0, 64 * 48, dtype=np.float32).reshape(48, 64)
+        return CameraFrame(stamp_ns, color, depth, K, "camera_color_optical_frame")
+
+    def cloud(self, max_age_s: float) -> LidarCloud:
+        points = np.array([[1.0, 2.0, 3.0], [0.1, 0.2, 0.3]], np.float32)
+        return LidarCloud(self.stamp_ns(), points, "livox_frame")
+
+
+@dataclass
+class Port:
+    latest: object
+
+
+@pytest.fixture
+def onboard():
+    """(clock, sensor, publisher, the workstation's link, the robot's link)."""
+    clock = SimClock(START_NS)
+    sensor = Sensor(clock)
+    with (
+        open_router() as endpoint,
+        ZenohLink(LinkConfig((endpoint,))) as robot,
+        ZenohLink(LinkConfig((endpoint,))) as ours,
+    ):
+        publisher = SensorPublisher(
+            robot,
+            clock,
+            camera=Port(sensor.frame),
+            lidar=Port(sensor.cloud),
+            camera_rate_hz=10.0,
+            lidar_rate_hz=5.0,
+            mounts=[FLOOR, MOUNT],
+        )
+        yield clock, sensor, publisher, ours, robot
+
+
+def heard(port, publisher, clock, eventually, max_age_s=10.0):
+    """The port's first answer; the publisher goes on meanwhile, for a subscription takes a moment to be known."""
+    found = []
+
+    def ask() -> bool:
+        clock.sleep(0.1)
+        publisher.step()
+        try:
+            found.append(port.latest(max_age_s))
+        except StaleData:
+            return False
+        return True
+
+    eventually(ask)
+    return found[0]
+
+
+def test_a_frame_arrives_as_jpeg_and_lossless_millimetres_with_its_stamp_and_lens(onboard, eventually):
+    clock, sensor, publisher, ours, _ = onboard
+    camera = RosCamera(ours, clock, color=COLOR_JPEG, depth=DEPTH_PNG)
+    camera.start()
+    frame = heard(camera, publisher, clock, eventually)
+    sent = sensor.frame(1.0)
+    assert frame.intrinsics == K and frame.frame_id == sent.frame_id
+    assert np.abs(frame.color.astype(int) - sent.color).max() <= 3
+    assert np.abs(frame.depth_m - sent.depth_m).max() <= 0.0005
+
+
+def test_a_cloud_arrives_point_by_point(onboard, eventually):
+    clock, sensor, publisher, ours, _ = onboard
+    lidar = RosLidar(ours, clock)
+    lidar.start()
+    cloud = heard(lidar, publisher, clock, eventually)
+    np.testing.assert_array_equal(cloud.points, sensor.cloud(1.0).points)
+    assert cloud.frame_id == "livox_frame"
+
+
+def test_mounts_are_repeated_so_that_who_comes_late_has_them(onboard, eventually):
+    clock, _, publisher, ours, _ = onboard
+    publisher.step()
+    poses = RosPoseSource(ours, clock)
+    poses.start()
+
+    found = []
+
+    def there() -> bool:
+        clock.sleep(0.5)
+        publisher.step()
+        try:
+            found.append(poses.transform_at(clock.now_ns(), MOUNT[1]))
+        except PoseUnavailable:
+            return False
+        return True
+
+    eventually(there)
+    np.testing.assert_allclose(found[0], MOUNT[2], atol=1e-12)
+
+
+def test_rates_are_capped_and_nothing_is_sent_twice(onboard):
+    clock, sensor, publisher, _, _ = onboard
+    for _ in range(400):
+        clock.sleep(0.005)
+        publisher.step()
+    assert publisher.sent[COLOR_JPEG.name] == pytest.approx(20, abs=1)  # 2 s at 10 Hz, of a camera at 30 Hz
+    assert publisher.sent[LIDAR.name] == pytest.approx(10, abs=1)
+    sensor.period_s = 1e9  # its stamp stands still
+    before = publisher.sent[LIDAR.name]
+    for _ in range(100):
+        clock.sleep(0.1)
+        publisher.step()
+    assert publisher.sent[LIDAR.name] <= before + 1
+
+
+def test_a_sensor_without_data_sends_nothing_and_one_that_failed_is_named(onboard):
+    _, sensor, publisher, _, _ = onboard
+    sensor.fails = StaleData("nothing yet")
+    publisher.step()
+    assert publisher.sent[COLOR_JPEG.name] == 0
+    sensor.fails = LinkLost("the camera has failed")
+    with pytest.raises(LinkLost, match="the camera has failed"):
+        publisher.step()
+
+
+def test_the_battery_is_heard_and_an_impossible_charge_is_not(onboard, eventually):
+    clock, _, _, ours, robot = onboard
+    battery = RosBattery(ours, clock)
+    battery.start()
+    with pytest.raises(StaleData, match="No battery state yet"):
+        battery.latest(10.0)
+
+    def put(percentage: float) -> None:
+        message = make(BATTERY.type_name, header=header(clock.now_ns(), ""), percentage=percentage)
+        robot.put("battery_state", encode(message))
+
+    def said(fraction: float) -> bool:
+        put(fraction)
+        try:
+            return battery.latest(10.0).fraction == pytest.approx(fraction)
+        except StaleData:
+            return False
+
+    eventually(lambda: said(0.5))
+    put(50.0)
+    eventually(lambda: battery._intake.dropped == 1)
+    assert battery.latest(10.0).fraction == pytest.approx(0.5)
+    clock.sleep(60.0)
+    with pytest.raises(StaleData, match=r"60\.0"):
+        battery.latest(10.0)

@@ -1,0 +1,14 @@
+"""The watchdog with real processes, once per way of losing the workstation; the bench repeats it and takes times."""
+
+from __future__ import annotations
+
+import pytest
+
+from robot_app.benches.watchdog import LOSSES, site
+
+
+@pytest.mark.parametrize("loss", sorted(LOSSES))
+def test_a_lost_workstation_is_cancelled_at_nav2_by_a_process_of_its_own(loss):
+    with site() as bench:
+        result = bench.measure(loss, 1)
+    assert 0.0 < result["worst_s"] < 2.0  # on a machine that does nothing else: 0.75
