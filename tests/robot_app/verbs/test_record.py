@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import resource
 import signal
 import subprocess
 import sys
@@ -126,6 +127,25 @@ def test_a_full_disk_ends_it_visibly_with_the_file_whole_and_the_event_kept(
     assert "recording stopped: only" in capsys.readouterr().err
     LogReader(path).metadata()  # whole
     assert read_events(tmp_path / "walk.events.jsonl")[0]["event"] == "disk_full"
+
+
+def test_a_disk_that_refuses_ends_it_visibly_and_what_was_written_comes_back(
+    config: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    endless = tmp_path / "robot.toml"
+    endless.write_text(config.read_text().replace("every_s = 2.0", "every_s = 60.0"))
+    path, before = tmp_path / "walk.mcap", resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1_500_000, before[1]))  # a full disk, without one
+    try:
+        assert main(["record", "-o", str(path), "--config", str(endless), "--minutes", "0.5"]) == 1
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert (
+        "recording stopped: File too large; keep what was written with: openbelief recover" in capsys.readouterr().err
+    )
+    assert read_events(tmp_path / "walk.events.jsonl")[0]["event"] == "recording_failed"
+    assert main(["recover", f"{path}.partial", "-o", str(path)]) == 0
+    assert {message.topic for message in LogReader(path)} >= {"/map", "/tf_static", "/livox/lidar"}
 
 
 def test_a_stop_ends_the_recording_in_good_order(config: Path, tmp_path: Path) -> None:
