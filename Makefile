@@ -4,7 +4,7 @@ PY := .venv/bin/python
 READY := .venv/.ready
 PEER := .venv-ros/.ready
 
-.PHONY: demo test lint ros-peer setup docs pins clean
+.PHONY: demo test lint parity export-fixtures export-venv ros-peer setup docs pins clean
 
 demo: $(READY)
 	.venv/bin/openbelief demo --out demo-out
@@ -39,6 +39,21 @@ $(PEER): requirements/ros-peer.txt
 	rm -rf .venv-ros
 	$(PYTHON) -m venv .venv-ros
 	.venv-ros/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/ros-peer.txt
+	@touch $@
+
+# Exporting networks and comparing them with their reference implementations: torch, in a .venv of its own (6 GB).
+EXPORT := .venv-export/.ready
+export-venv: $(EXPORT)
+
+parity: $(EXPORT)
+	PYTHONPATH=. .venv-export/bin/python scripts/export/parity.py $(ARCHITECTURES)
+
+export-fixtures: $(EXPORT)
+	PYTHONPATH=. .venv-export/bin/python scripts/export/fixtures.py
+
+$(EXPORT): requirements/export.txt
+	$(PYTHON) -m venv .venv-export
+	.venv-export/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/export.txt
 	@touch $@
 
 # Maintainers: re-resolve the pins (hashes, no addresses).

