@@ -25,6 +25,13 @@ POSE_AGE_S = 0.5
 SENSOR_AGE_S = {"camera": 2.0, "lidar": 1.0}
 LOSS_WARN = 0.01
 EXPIRY_WARN_DAYS = 14
+MEND = {  # by the sign of Nav2 that is missing
+    "link": "check the network, and the bridge on the robot",
+    "action server": "start Nav2 with CycloneDDS, and let the bridge forward its actions",
+    "active": "bring Nav2 up (ros2 launch nav2_bringup ...); lifecycle_manager_navigation's log says what holds it",
+    "pose": "start localisation, and give it a first pose",
+    "map": "start map_server, and let the bridge forward /map",
+}
 
 
 class Level(StrEnum):
@@ -233,7 +240,7 @@ def check_transforms(patient: Patient) -> Iterator[Line]:
     try:
         robot.poses.robot_pose(POSE_AGE_S)
     except PortError as error:
-        yield Line("tf map -> base_link", Level.FAIL, str(error), "start localisation, and give it a first pose")
+        yield Line("tf map -> base_link", Level.FAIL, str(error), MEND["pose"])
     else:
         ages = [f"{p} -> {c} {(now_ns - at) / 1e9:.2f} s" for (p, c), at in sorted(_moving(patient).items())]
         yield Line("tf map -> base_link", Level.OK, ", ".join(ages) or "known")
@@ -256,7 +263,7 @@ def check_map(patient: Patient) -> Iterator[Line]:
     try:
         grid = patient.robot.map.latest()
     except PortError as error:
-        yield Line("map", Level.FAIL, str(error), "start map_server, and let the bridge forward /map")
+        yield Line("map", Level.FAIL, str(error), MEND["map"])
         return
     height, width = grid.cells.shape
     yield Line("map", Level.OK, f"{width} x {height} cells of {grid.resolution_m:g} m")
@@ -269,8 +276,9 @@ def check_nav2(patient: Patient) -> Iterator[Line]:
         return
     for sign in navigator.signs.read():
         level = Level.OK if sign.ok else Level.FAIL
-        said, _, remedy = (sign.sentence if not sign.ok else "").partition(": ")
-        yield Line(f"nav2 {sign.name}", level, said or "there", remedy)
+        yield Line(
+            f"nav2 {sign.name}", level, "there" if sign.ok else sign.sentence, "" if sign.ok else MEND[sign.name]
+        )
 
 
 def _fresh(port: str, patient: Patient, latest: Callable[[], object]) -> Iterator[Line]:

@@ -67,6 +67,8 @@ def record(
 
     Raises PortError, SceneError, LogError or OSError with a sentence, before anything is recorded.
     """
+    if job.path.exists():
+        raise FileExistsError(f"{job.path} exists and is never overwritten: move it away, or name another file")
     with ExitStack() as opened:
         robot = opened.enter_context(open_robot(job.config))
         recorder = opened.enter_context(_recorder(job, robot, tell))
