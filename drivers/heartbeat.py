@@ -35,26 +35,34 @@ class Heartbeat:
         self.workstation = workstation or uuid.uuid4().hex
         self._sequence = 0
         self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="heartbeat", daemon=True)
+        self._thread: threading.Thread | None = None
 
     def __enter__(self) -> Heartbeat:
         self._link.declare_token(self._keys.token(self.workstation))
-        self._thread.start()
+        self.resume()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         abandoned = self._stop.is_set()
-        self._stop.set()
-        self._thread.join()
+        self.abandon()
         if not abandoned and (error is None or isinstance(error, ValueError)):
             self._beat("goodbye")
 
     def abandon(self) -> None:
         """Fall silent on purpose, so that the watchdog on the robot stops it: our own cancel went unanswered."""
         self._stop.set()
-        self._thread.join()
+        if self._thread is not None:
+            self._thread.join()
+            self._thread = None
+
+    def resume(self) -> None:
+        """Beat, whether or not it was abandoned before; that undoes no latch."""
+        if self._thread is None:
+            self._stop.clear()
+            self._thread = threading.Thread(target=self._run, name="heartbeat", daemon=True)
+            self._thread.start()
 
     def _run(self) -> None:
         due_s = time.monotonic()
@@ -98,6 +106,11 @@ class WatchdogView:
             return (
                 f"The watchdog has stopped the robot and is latched: {status.reason}. Look at the robot, then reset it "
                 "with `openbelief onboard --reset`."
+            )
+        if status.state is State.WAITING:
+            return (
+                "The watchdog on the robot does not hear this workstation's heartbeat: does the router's access list "
+                "let this certificate put it?"
             )
         return None
 

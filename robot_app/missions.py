@@ -46,6 +46,7 @@ class Missions:
 
     def ask(self, sentence: str, trial: Path | None = None) -> Recorded:
         """Run one mission to its end. Raises ValueError where the sentence names nothing."""
+        self.watch.heartbeat.resume()
         trial_id = f"{self._robot.clock.now_ns()}"
         path = trial or self._config.trials / f"trial_{trial_id}.mcap"
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -14,6 +15,8 @@ from drivers.zenoh_link import ZenohLink
 from openbelief.memory import ObjectMemory
 from robot_app.app import Robot
 from robot_app.config import Config
+
+ARMED_S = 2.0
 
 
 @dataclass(frozen=True)
@@ -45,7 +48,16 @@ def watched(config: Config, robot: Robot, memory: ObjectMemory) -> Iterator[Watc
         memory=memory,
     )
     with Heartbeat(wire.link, wire.keys) as heartbeat:
+        if needed:
+            _await_armed(watchdog)
         yield Watch(Supervision(sources, config.safety), heartbeat, watchdog)
+
+
+def _await_armed(watchdog: WatchdogView) -> None:
+    """Give the first beat and the watchdog's word on it a moment; what is wrong then, the supervisor says."""
+    end_s = time.monotonic() + ARMED_S
+    while watchdog.trouble() and time.monotonic() < end_s:
+        time.sleep(0.05)
 
 
 def _link_trouble(link: ZenohLink) -> Callable[[], str | None]:

@@ -43,6 +43,13 @@ def trial_records() -> str:
     return table(["topic", "role", "what"], rows)
 
 
+def safety_conditions() -> str:
+    from behaviors.supervisor import CONDITIONS
+
+    rows = [[name, f"`{reaction}`", (test.__doc__ or "").strip()] for name, (reaction, test) in CONDITIONS.items()]
+    return table(["condition", "reaction", "when"], rows)
+
+
 def ros_topics() -> str:
     from drivers.topics import TOPICS
 
@@ -79,6 +86,7 @@ GENERATED: dict[tuple[str, str], Callable[[], str]] = {
     ("docs/mission.md", "navigation"): mission_navigation,
     ("docs/mission.md", "records"): trial_records,
     ("docs/nav2.md", "topics"): ros_topics,
+    ("docs/watchdog.md", "conditions"): safety_conditions,
 }
 
 

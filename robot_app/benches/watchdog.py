@@ -35,10 +35,13 @@ START_S, LATE_S = 20.0, 5.0
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--runs", type=_runs, default=20, help="of each loss (default 20)")
+    parser.add_argument(
+        "--sensors", action="store_true", help="onboard publishes an emulated camera and lidar meanwhile"
+    )
 
 
 def run(options: argparse.Namespace) -> None:
-    with site() as bench:
+    with site(sensors=options.sensors) as bench:
         result = {loss: bench.measure(loss, options.runs) for loss in LOSSES}
     if options.json:
         print_json(result)
@@ -144,7 +147,7 @@ class Bench:
 
 
 @contextmanager
-def site() -> Iterator[Bench]:
+def site(*, sensors: bool = False) -> Iterator[Bench]:
     """The robot's processes, started and heard."""
     from drivers.heartbeat import WatchdogView
     from drivers.zenoh_link import LinkConfig, ZenohLink
@@ -154,7 +157,8 @@ def site() -> Iterator[Bench]:
         nav2 = Program(opened, "sim_fakes.nav2_process")
         endpoint = nav2.expect("endpoint", START_S)["endpoint"]
         config = Path(opened.enter_context(tempfile.TemporaryDirectory())) / "robot.toml"
-        config.write_text(f'[zenoh]\nendpoint = "{endpoint}"\n', encoding="utf-8")
+        onboard = '[onboard]\ncamera = "sim"\nlidar = "sim"\n' if sensors else ""
+        config.write_text(f'[zenoh]\nendpoint = "{endpoint}"\n{onboard}', encoding="utf-8")
         Program(opened, "robot_app.cli", "onboard", "--config", str(config))
         view = WatchdogView(opened.enter_context(ZenohLink(LinkConfig((endpoint,)))))
         view.start()

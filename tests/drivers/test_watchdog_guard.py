@@ -56,6 +56,9 @@ def test_a_workstation_that_falls_silent_stops_the_robot_and_a_person_resets_it(
         eventually(lambda: deadman.view.reset().ok)
         assert deadman.step() is State.WAITING
         assert not rig.robot.moving
+        eventually(lambda: bool(deadman.step(0.3)) and "does not hear" in (deadman.view.trouble() or ""))
+        heartbeat.resume()
+        eventually(lambda: deadman.step() is State.ARMED and deadman.view.trouble() is None)
 
 
 def test_a_goal_that_somebody_sends_though_latched_is_cancelled(rig, deadman, eventually):
