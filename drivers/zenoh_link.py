@@ -151,7 +151,10 @@ class ZenohLink:
         drop: rather lose it than wait where the link is full.
         """
         full = zenoh.CongestionControl.DROP if drop else zenoh.CongestionControl.BLOCK
-        self._open.put(key, payload, congestion_control=full)
+        try:
+            self._open.put(key, payload, congestion_control=full)
+        except zenoh.ZError as error:  # closed between our look and the put
+            raise LinkLost("The Zenoh link is closed.") from error
 
     def get(self, key: str, payload: bytes, timeout_s: float) -> Replies:
         """Ask and wait, for `timeout_s` of wall time at most. Raises LinkLost where the session is closed."""
