@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 
 import cv2
@@ -54,14 +53,10 @@ class SalientBoxMask:
 
 
 def whole_pixels(box: Array, width: int, height: int) -> tuple[int, int, int, int]:
-    """(x0, y0, x1, y1) of the pixels that the box touches, end exclusive, within the image."""
-    x0, y0, x1, y1 = box
-    return (
-        max(math.floor(x0), 0),
-        max(math.floor(y0), 0),
-        min(math.ceil(x1), width),
-        min(math.ceil(y1), height),
-    )
+    """(x0, y0, x1, y1), end exclusive, within the image, at least one pixel; edges are rounded to the nearest."""
+    x0, y0 = (min(max(round(float(edge)), 0), size - 1) for edge, size in zip(box[:2], (width, height), strict=True))
+    x1, y1 = (min(round(float(edge)), size) for edge, size in zip(box[2:], (width, height), strict=True))
+    return x0, y0, max(x1, x0 + 1), max(y1, y0 + 1)
 
 
 def near_depth_mode(pixels: Array, depth_m: Array) -> Array:

@@ -23,11 +23,7 @@ class NanoDet:
     def __init__(self, path: str | os.PathLike[str], *, threads: int | None = None) -> None:
         self.names = COCO_NAMES
         self._model = OnnxModel(path, threads=threads)
-        shapes = {name: shape for name, shape in self._model.input_shapes.items() if len(shape) == 4}
-        self._input, shape = next(iter(shapes.items()), ("", ()))
-        if len(shapes) != 1 or shape[1] != 3 or not shape[3] or shape[2] != shape[3] or shape[3] % STRIDES[-1]:
-            raise ModelFileError(f"{path} is another network than NanoDet: it should have one square image as input.")
-        self._side = int(shape[3])
+        self._input, self._side = _square_picture(self._model)
         self._outputs = self._outputs_by_stride()
 
     @property
@@ -55,7 +51,8 @@ class NanoDet:
     def _picture(self, color: Array) -> Array:
         """(1, 3, s, s) float32 BGR, as the network was trained."""
         bgr = cv2.resize(color[..., ::-1], (self._side, self._side)).astype(np.float32)
-        return ((bgr - np.float32(BGR_MEAN)) / np.float32(BGR_STD)).transpose(2, 0, 1)[None]
+        mean, std = np.array(BGR_MEAN, np.float32), np.array(BGR_STD, np.float32)
+        return ((bgr - mean) / std).transpose(2, 0, 1)[None]
 
     def _outputs_by_stride(self) -> dict[int, tuple[str, str]]:
         """Stride -> its scores' and its edges' names."""
@@ -72,6 +69,15 @@ class NanoDet:
                 )
             found[stride] = (scores, edges[0])
         return found
+
+
+def _square_picture(model: OnnxModel) -> tuple[str, int]:
+    """The one input's name and its side in pixels; raises ModelFileError."""
+    inputs = [(name, shape) for name, shape in model.input_shapes.items() if len(shape) == 4]
+    for name, (_, channels, height, width) in inputs[:1]:
+        if len(model.input_shapes) == 1 and channels == 3 and height and height == width and not height % STRIDES[-1]:
+            return name, height
+    raise ModelFileError(f"{model.path} is another network than NanoDet: its one input should be a square image.")
 
 
 def _decoded(scores: Array, edges: Array, stride: int, side: int) -> tuple[Array, Array]:
