@@ -38,6 +38,10 @@ class TrialError(ValueError):
     """The file is no whole trial; the text is one line with the cause and the remedy."""
 
 
+class NoTrial(TrialError):
+    """The file is a whole recording of something else, a walk perhaps."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class TrialHeader:
     """What a trial says about itself. settings: parameters and policy of the mission, JSON values."""
@@ -134,8 +138,14 @@ class TrialReader:
         self.path, self._log = path, LogReader(path)
         metadata = self._log.metadata()
         identity = metadata.get("trial", {})
-        if identity.get("format") != FORMAT:
-            raise TrialError(f"{path} is no trial: it says format {identity.get('format', 'none')}, not {FORMAT}")
+        if "format" not in identity:
+            raise NoTrial(f"{path} is no trial, but a recording of something else")
+        if identity["format"] != FORMAT:
+            raise TrialError(
+                f"{path} is a trial of format {identity['format']}, and this openbelief replays {FORMAT}: replay it "
+                f"with the commit that recorded it ({identity.get('commit', 'unknown')}), or add its migration "
+                "(tests/replay/README.md says how)"
+            )
         self.versions, self.commit = metadata.get("versions", {}), identity.get("commit", "unknown")
         self.started_ns = int(identity["started_ns"])
         self._attachments = {a.name: a.data for a in self._log.attachments()}

@@ -14,7 +14,7 @@ from drivers.ports import Ports
 from logs.journal import ListJournal
 from logs.reader import LogError
 from logs.structured import trial_context
-from logs.trial import MEMORY_MAX_BYTES, TrialError, TrialHeader, TrialReader, TrialWriter
+from logs.trial import MEMORY_MAX_BYTES, NoTrial, TrialError, TrialHeader, TrialReader, TrialWriter
 from logs.trial_compare import Difference, compare_decisions
 from logs.trial_records import Checks, Chosen, Exclusion, Record
 from openbelief.memory import ObjectMemory
@@ -129,10 +129,12 @@ def _encoder(trial: TrialReader) -> TextEncoder:
 
 
 def summaries(folder: Path) -> Iterator[TrialSummary]:
-    """Every .mcap of a folder, by name; one that cannot be read says why."""
+    """Every trial of a folder, by name; one that cannot be read says why. Recordings of other things are left out."""
     for path in sorted(folder.glob("*.mcap")):
         try:
             yield _summary(TrialReader(path))
+        except NoTrial:
+            continue
         except (LogError, TrialError, OSError) as error:
             yield TrialSummary(path, broken=str(error))
 

@@ -1,6 +1,7 @@
 """List recorded trials: when, what was asked, how it ended, and what became of each candidate.
 
-A file that cannot be read is named with the reason; the others are still listed.
+A file that cannot be read is named with the reason; the others are still listed. Recordings of walks that lie in the
+same folder are no trials, and are left out.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from typing import Any
 
 from robot_app.cli import Failure, print_json
 
-EXAMPLE = "openbelief trials trials"
+EXAMPLE = "openbelief trials demo-out"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

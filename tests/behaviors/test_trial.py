@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from drivers.ports import CameraFrame, NavigationResult, NavigationStatus
 from logs import trial_records as records
 from logs.journal import Entry
 from logs.reader import LogError, LogReader
+from logs.recorder import McapRecorder
 from logs.trial import TrialError, TrialReader, TrialWriter
 from openbelief.traversability import OccupancyGrid
 from robot_app.cli import main
@@ -199,8 +201,6 @@ def test_a_truncated_file_is_refused_with_its_remedy(reject_then_confirm, tmp_pa
 
 
 def test_a_recording_that_is_no_trial_is_refused(tmp_path, stage):
-    from logs.recorder import McapRecorder
-
     with McapRecorder(tmp_path / "walk.mcap", stage([]).clock):
         pass
     with pytest.raises(TrialError, match="is no trial"):
@@ -246,6 +246,22 @@ def test_trials_are_listed_with_broken_files_named(stage, make, capsys, tmp_path
     assert main(["trials", str(tmp_path)]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) == 3 and "CONFIRMED" in lines[0] and "cannot be read" in lines[2]
+
+
+def test_a_walk_in_the_same_folder_is_no_broken_trial(stage, make, capsys, tmp_path):
+    record(stage, make, tmp_path, "trial.mcap")
+    with McapRecorder(tmp_path / "walk.mcap", stage([]).clock):
+        pass
+    assert main(["trials", str(tmp_path), "--json"]) == 0
+    assert [Path(t["trial"]).name for t in json.loads(capsys.readouterr().out)["trials"]] == ["trial.mcap"]
+
+
+def test_a_trial_of_another_format_names_both_and_the_commit_that_replays_it(monkeypatch, stage, make, tmp_path):
+    monkeypatch.setattr(logs.trial, "FORMAT", "openbelief.trial/0")
+    s = record(stage, make, tmp_path)
+    monkeypatch.undo()
+    with pytest.raises(TrialError, match=r"openbelief\.trial/0.* replays openbelief\.trial/1.*commit"):
+        replay_trial(s.trial)
 
 
 def test_decisions_carry_no_wall_clock(reject_then_confirm):
