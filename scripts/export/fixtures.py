@@ -101,7 +101,7 @@ def sam3_fixture(folder: Path) -> None:
         found = [processor.image_processor.post_process_instance_segmentation(one, 0.5, 0.5, sizes)[0] for one in raw]
         expected |= {
             f"photo_{index}": photo,
-            f"pixels_{index}": inputs["pixel_values"][0].numpy(),
+            f"levels_{index}": (255 * (inputs["pixel_values"][0] + 1) / 2).round().numpy().astype(np.uint8),
             f"ids_{index}": inputs["input_ids"].numpy(),
             f"logits_{index}": torch.cat([one.pred_logits for one in raw]).numpy(),
             f"prompt_{index}": np.concatenate([[p] * len(one["scores"]) for p, one in enumerate(found)]).astype(int),

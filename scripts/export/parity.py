@@ -125,8 +125,8 @@ def sam3_rows(folder: Path) -> Iterator[Row]:
             parts.setdefault(what, []).append(value)
     limits = {
         "pre-processing (levels of 255)": 1.01,
-        "mask pixels that differ, share": 1e-3,
-        "boxes in the image (px)": 0.1,
+        "mask pixels that differ, share": 5e-3,
+        "boxes in the image (px)": 0.5,
     }
     for what, values in parts.items():
         yield Row(subject, f"{what}, {len(photos)} photographs", max(values), limits.get(what, 1e-3))
