@@ -16,10 +16,13 @@ from typing import TYPE_CHECKING, Any
 from robot_app.cli import Failure, print_json
 
 if TYPE_CHECKING:
+    from openbelief.association import ExtentAlarm
+    from openbelief.memory import ObjectMemory
     from openbelief.parameters import Parameters
     from robot_app.mapping import MapResult
 
-EXAMPLE = "openbelief map walk.mcap --perception recorded:walk.perception.jsonl -o site.belief"
+ALARMS_SHOWN = 5
+EXAMPLE = "openbelief map demo-out/walk.mcap --perception scripted:flat -o flat.belief"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -117,8 +120,19 @@ def _report(out: Path, result: MapResult) -> dict[str, Any]:
         "masks_refused": dict(result.refused),
         "frames_unseen": dict(result.unseen),
         "objects": len(memory.objects),
+        "extent_alarms": [_alarm(memory, alarm) for alarm in _foreground_alarms(memory)],
         "seconds": {stage: round(seconds, 3) for stage, seconds in result.seconds.items()},
     }
+
+
+def _foreground_alarms(memory: ObjectMemory) -> list[ExtentAlarm]:
+    """Walls and floors are long by nature."""
+    return [alarm for alarm in memory.extent_alarms() if not memory.objects[alarm.label].background]
+
+
+def _alarm(memory: ObjectMemory, alarm: ExtentAlarm) -> dict[str, Any]:
+    node = memory.objects[alarm.label]
+    return {"object_id": node.id, "label": node.label, "extent_m": alarm.extent_m, "because": alarm.because}
 
 
 def _first_of_each(skips: list[Any]) -> dict[str, str]:
@@ -139,6 +153,7 @@ def _text(report: dict[str, Any]) -> str:
             lines.append(f"{each['recording']} is damaged: {each['damage']}. Mapped what lies before the damage.")
     lines += [f"could not look at {n} frames: {reason}" for reason, n in Counter(report["frames_unseen"]).most_common()]
     lines += [f"refused {n} masks: {reason}" for reason, n in Counter(report["masks_refused"]).most_common()]
+    lines += alarm_lines(report["extent_alarms"])
     resumed = f" ({report['frames_resumed']} done before)" if report["frames_resumed"] else ""
     lines.append(
         f"{report['frames']} frames{resumed}, {report['observations']} observations, {report['objects']} objects "
@@ -146,3 +161,14 @@ def _text(report: dict[str, Any]) -> str:
     )
     spent = ", ".join(f"{stage} {seconds:.1f} s" for stage, seconds in report["seconds"].items())
     return "\n".join([*lines, f"time: {spent}", f"content hash {report['content_hash']}"])
+
+
+def alarm_lines(alarms: list[dict[str, Any]]) -> list[str]:
+    from logs.structured import neutralise
+
+    lines = [
+        neutralise(f"object {a['object_id']} ({a['label'] or 'no phrase'}) may be several things: {a['because']}")
+        for a in alarms[:ALARMS_SHOWN]
+    ]
+    more = len(alarms) - ALARMS_SHOWN
+    return [*lines, f"and {more} more objects that may be several things (--json lists them)"] if more > 0 else lines

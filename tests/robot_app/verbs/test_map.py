@@ -13,6 +13,7 @@ import pytest
 from openbelief.memory import ObjectMemory
 from openbelief.store import BeliefStore
 from robot_app.cli import main
+from robot_app.verbs.map import alarm_lines
 
 RECORDINGS = Path(__file__).resolve().parents[3].parent / "shared" / "recordings"
 
@@ -113,6 +114,37 @@ def test_a_walk_becomes_a_memory_with_a_report(walk, tmp_path, capsys):
     assert red.centroid == pytest.approx([1.7, -0.5, 1.0], abs=0.04)
     assert report["content_hash"] == memory.content_hash
     assert set(report["seconds"]) == {"read", "perceive", "acquire", "keep", "build", "seal"}
+
+
+def alarmed(walk, tmp_path, capsys, *more: str) -> str:
+    """What `map` prints where every thing over 0.2 m counts as suspiciously long."""
+    (tmp_path / "strict.toml").write_text("extent_alarm_m = 0.2\n")
+    arguments = ["map", str(walk), "-o", str(tmp_path / "site.belief"), "--parameters", str(tmp_path / "strict.toml")]
+    assert main([*arguments, "--force", *more]) == 0
+    return capsys.readouterr().out
+
+
+def test_objects_longer_than_their_views_explain_are_named(walk, tmp_path, capsys):
+    [blue, *_] = [line for line in alarmed(walk, tmp_path, capsys).splitlines() if "(blue box)" in line]
+    assert "may be several things: 0.3 m long, over 0.2 m" in blue
+    alarms = json.loads(alarmed(walk, tmp_path, capsys, "--json"))["extent_alarms"]
+    assert {alarm["label"] for alarm in alarms} == {"red box", "green box", "blue box"}
+    assert all(alarm["extent_m"] > 0.2 for alarm in alarms)
+
+
+def test_walls_are_long_by_nature_and_not_named(make_walk, words, tmp_path, capsys):
+    made = make_walk(6)
+    for mask in made.masks:
+        mask["phrase"] = mask["phrase"].replace("blue box", "wall")
+    made.write_perception(tmp_path / "walk.perception.jsonl")
+    printed = alarmed(made.write(tmp_path / "walk.mcap"), tmp_path, capsys)
+    assert "(red box) may be" in printed and "(wall)" not in printed
+
+
+def test_of_many_long_objects_five_are_printed_and_the_others_counted():
+    alarms = [{"object_id": i, "label": "sofa\x1b[2J", "extent_m": 5.0, "because": "5.0 m long"} for i in range(7)]
+    lines = alarm_lines(alarms)
+    assert len(lines) == 6 and lines[-1].startswith("and 2 more") and not any("\x1b" in line for line in lines)
 
 
 def test_what_was_skipped_is_printed_with_its_reason_and_kept_in_the_memory(make_walk, words, tmp_path, capsys):
