@@ -15,7 +15,7 @@ from robot_app.cli import Failure, print_json
 if TYPE_CHECKING:
     from robot_app.doctor import Line
 
-EXAMPLE = "openbelief doctor --config robot.toml"
+EXAMPLE = "openbelief doctor --config demo-out/robot.toml"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

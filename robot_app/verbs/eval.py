@@ -9,7 +9,7 @@ EVALUATIONS = {
     "retrieval": "free-form queries: R@1, R@3, SR@1m by kind, misses, purity",
     "segmentation": "fixed-vocabulary classes against labelled points, both published protocols",
 }
-EXAMPLE = "openbelief eval retrieval site.belief TRUTH.json --readout consensus"
+EXAMPLE = "openbelief eval retrieval demo-out/site.belief demo-out/walk.truth.json --readout consensus"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

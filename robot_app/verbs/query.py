@@ -14,7 +14,7 @@ from robot_app.cli import Failure, print_json
 if TYPE_CHECKING:
     from openbelief.memory import Candidate, ObjectMemory
 
-EXAMPLE = 'openbelief query site.belief "red chair"'
+EXAMPLE = 'openbelief query demo-out/site.belief "red chair"'
 READOUTS = ("consensus", "early", "belief")
 
 

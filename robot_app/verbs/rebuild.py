@@ -16,7 +16,7 @@ from robot_app.cli import Failure, print_json
 if TYPE_CHECKING:
     from openbelief.parameters import Parameters
 
-EXAMPLE = "openbelief rebuild site.belief -o new.belief --set synonym_threshold=0.85"
+EXAMPLE = "openbelief rebuild demo-out/site.belief -o new.belief --set synonym_threshold=0.85"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -20,7 +20,7 @@ from robot_app.cli import Failure, print_json
 if TYPE_CHECKING:
     from robot_app.recording import Recorded
 
-EXAMPLE = "openbelief record -o walk.mcap --config robot.toml --minutes 10"
+EXAMPLE = "openbelief record -o walk.mcap --config demo-out/robot.toml --minutes 2"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

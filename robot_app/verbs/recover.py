@@ -16,7 +16,7 @@ from robot_app.cli import Failure, print_json
 if TYPE_CHECKING:
     from logs.recover import RecoveryReport
 
-EXAMPLE = "openbelief recover walk.mcap.partial -o walk.recovered.mcap"
+EXAMPLE = "openbelief recover demo-out/walk.mcap -o walk.recovered.mcap"
 SHOWN_LOSSES = 10
 
 

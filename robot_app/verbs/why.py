@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from openbelief.memory import ObjectMemory, ObjectNode
     from openbelief.observation import Observation
 
-EXAMPLE = "openbelief why site.belief 12"
+EXAMPLE = "openbelief why demo-out/site.belief 0"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -1,0 +1,134 @@
+"""Every verb keeps the same manners: quick help, an example that works as pasted, --json, one line for what is wrong."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from robot_app.cli import VERBS, build_parser, main
+
+SMALL = Path(__file__).parent / "small_scene.json"
+
+# What takes long to import, and has no place in a help text (open3d alone takes 3 s).
+HEAVY = (
+    "open3d",
+    "zenoh",
+    "scipy",
+    "cv2",
+    "matplotlib",
+    "openai",
+    "onnxruntime",
+    "torch",
+    "pyrealsense2",
+    "rosbags",
+    "mcap",
+    "numpy",
+)
+# Asks for every help in turn, and says which of them imported what is heavy.
+HELPS = """
+import contextlib, io, json, sys
+from robot_app.cli import main
+heavy, asked = map(json.loads, sys.argv[1:])
+guilty = {}
+for arguments in asked:
+    before = {name for name in heavy if name in sys.modules}
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(SystemExit):
+        main(arguments)
+    guilty[" ".join(arguments)] = sorted({name for name in heavy if name in sys.modules} - before)
+print(json.dumps(guilty))
+"""
+
+# The least that each verb needs on its line; with files that are not there, every one must say so in one line.
+MISSING = {
+    "record": ["-o", "out.mcap", "--config", "no-robot.toml"],
+    "map": ["no-walk.mcap", "-o", "out.belief", "--perception", "recorded:no.jsonl"],
+    "query": ["no.belief", "red chair"],
+    "why": ["no.belief", "0"],
+    "rebuild": ["no.belief", "-o", "new.belief"],
+    "run": ["--config", "no-robot.toml"],
+    "ask": ["the red chair", "--config", "no-robot.toml"],
+    "onboard": ["--config", "no-robot.toml"],
+    "replay": ["no-trial.mcap"],
+    "trials": ["no-folder"],
+    "recover": ["no-walk.mcap"],
+    "eval": ["retrieval", "no.belief", "no.truth.json"],
+    "doctor": ["--config", "no-robot.toml"],
+    "demo": ["--scene", "no-scene.json", "--out", "out"],
+}
+
+
+def example(verb: str) -> list[str]:
+    """The verb's example as a shell would split it, without the command's name."""
+    name, *arguments = shlex.split(importlib.import_module(f"robot_app.verbs.{verb}").EXAMPLE)
+    assert name == "openbelief"
+    return arguments
+
+
+def test_no_help_imports_what_takes_long():
+    asked = [["--help"], ["--version"], *([verb, "--help"] for verb in VERBS)]
+    done = subprocess.run(
+        [sys.executable, "-c", HELPS, json.dumps(HEAVY), json.dumps(asked)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout) == {" ".join(arguments): [] for arguments in asked}
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_help_says_what_the_verb_does_and_carries_its_example(verb, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main([verb, "--help"])
+    assert ended.value.code == 0
+    shown = capsys.readouterr().out
+    assert "--json" in shown and f"example:\n  openbelief {verb}" in shown
+    assert shown.splitlines()[0].startswith(f"usage: openbelief {verb}")
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_every_example_is_of_its_verb_and_parses(verb):
+    named, *arguments = example(verb)
+    assert named == verb
+    assert build_parser(verb).parse_args([*arguments, "--json"]).json is True
+
+
+@pytest.mark.parametrize("verb", MISSING)
+def test_a_file_that_is_missing_is_named_in_one_line_and_exits_1(verb, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main([verb, *MISSING[verb], "--json"]) == 1
+    printed = capsys.readouterr()
+    [line] = printed.err.strip().splitlines()
+    assert line.startswith(f"openbelief {verb}: ") and "no" in line and "Traceback" not in line
+    assert printed.out == ""
+
+
+@pytest.mark.parametrize("arguments", [["no-such-verb"], ["query"], ["trials", "a", "--no-such-option"], ["eval", "x"]])
+def test_wrong_usage_exits_2_and_says_where_help_is(arguments, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(arguments)
+    assert ended.value.code == 2
+    said, remedy = capsys.readouterr().err.strip().splitlines()
+    assert said.startswith("openbelief: ") and remedy.startswith("Try 'openbelief") and "--help'" in remedy
+
+
+def test_without_a_verb_the_verbs_are_shown(capsys):
+    assert main([]) == 0
+    shown = capsys.readouterr().out
+    assert all(f"  {verb}" in shown for verb in VERBS)
+
+
+def test_the_examples_over_a_demos_folder_work_as_pasted(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["demo", "--scene", str(SMALL), "--query", "go to the armchair", "--out", "demo-out"]) == 0
+    for verb in ("query", "why", "rebuild", "eval", "replay", "trials", "recover"):
+        capsys.readouterr()
+        assert main([*example(verb), "--json"]) == 0, capsys.readouterr().err
+        assert isinstance(json.loads(capsys.readouterr().out), dict)
