@@ -1,9 +1,9 @@
 """Build a memory from a ROS 2 MCAP recording: colour, depth, camera_info and /tf.
 
 Perception is played back (recorded:FILE.jsonl), simulated (scripted:SCENE.json), done by small networks on a CPU
-(detector:FOLDER) or by the paper's (paper[:PROFILE.toml]); see docs/perception.md. Without --perception, WALK.perception.jsonl beside WALK.mcap is used.
-A mapping that was interrupted goes on where it stopped when the same command is given again. Images that cannot be
-used are skipped, counted and named.
+(detector:FOLDER) or by the paper's (paper[:PROFILE.toml]); see docs/perception.md. Without --perception,
+WALK.perception.jsonl beside WALK.mcap is used. A mapping that was interrupted goes on where it stopped when the same
+command is given again. Images that cannot be used are skipped, counted and named.
 """
 
 from __future__ import annotations
