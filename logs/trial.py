@@ -166,6 +166,12 @@ class TrialReader:
         return self._attachments.get(MEMORY_NAME)
 
     @property
+    def configuration(self) -> str | None:
+        """The text of its robot.toml, None where it had none."""
+        data = self._attachments.get(CONFIGURATION_NAME)
+        return None if data is None else data.decode()
+
+    @property
     def records(self) -> list[Record]:
         return [entry.record for entry in self.entries]
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import tempfile
+import tomllib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from behaviors.events import Outcome
@@ -15,23 +17,27 @@ from logs.journal import ListJournal
 from logs.reader import LogError
 from logs.structured import trial_context
 from logs.trial import MEMORY_MAX_BYTES, NoTrial, TrialError, TrialHeader, TrialReader, TrialWriter
-from logs.trial_compare import Difference, compare_decisions
+from logs.trial_compare import BY_PERCEPTION, EXACTLY, Difference, compare_decisions
 from logs.trial_records import Checks, Chosen, Exclusion, Record
 from openbelief.memory import ObjectMemory
 from openbelief.parameters import Parameters
-from openbelief.perception.ports import TextEncoder
+from openbelief.perception.ports import Perception, TextEncoder
+from openbelief.perception.stages import StagedPerception
 from openbelief.target_phrase import target_phrase
 from robot_app.cli import Failure
+from robot_app.perceptions import open_perception
 from sim_fakes.replay import replay_ports
+from sim_fakes.second_look import SecondLook
 
 
 @dataclass(frozen=True)
 class Replayed:
-    """A replay's decisions, and the first that is not the trial's."""
+    """A replay's decisions, and the first unlike the trial's. again: what perception saw, where it looked again."""
 
     trial: TrialReader
     decisions: list[Record]
     difference: Difference | None
+    again: SecondLook | None = None
 
 
 @dataclass(frozen=True)
@@ -81,19 +87,51 @@ def run_recorded(
     return outcome, journal.failure
 
 
-def replay_trial(path: Path, memory_path: Path | None = None) -> Replayed:
-    """The mission again, from the trial's inputs. Raises LogError, TrialError, BeliefFileError or ValueError."""
+def replay_trial(
+    path: Path, memory_path: Path | None = None, perception: str | None = None, seed: int | None = None
+) -> Replayed:
+    """The mission again, from the trial's inputs. Raises LogError, TrialError, BeliefFileError, Failure or ValueError.
+
+    perception: what looks at the arrival frames again ("KIND:ARGUMENT"); then decisions are compared BY_PERCEPTION.
+    seed: of a simulated perception; None is the trial's own.
+    """
     trial = TrialReader(path).whole()
-    journal = ListJournal()
-    mission = Mission(
-        replay_ports(trial.entries),
-        trial_memory(trial, memory_path),
-        Parameters.from_dict(dict(trial.about.settings["parameters"])),
-        MissionPolicy.from_dict(dict(trial.about.settings["policy"])),
-        journal,
-    )
-    mission.run(trial.query.sentence)
-    return Replayed(trial, journal.decisions, compare_decisions(trial.decisions, journal.decisions))
+    memory = trial_memory(trial, memory_path)
+    with ExitStack() as opened:
+        ports, again = replay_ports(trial.entries), None
+        if perception is not None:
+            other = opened.enter_context(perception_again(trial, memory, perception, seed))
+            again = SecondLook(ports.perception, other)
+            ports = replace(ports, perception=again)
+        journal = ListJournal()
+        parameters = Parameters.from_dict(dict(trial.about.settings["parameters"]))
+        policy = MissionPolicy.from_dict(dict(trial.about.settings["policy"]))
+        Mission(ports, memory, parameters, policy, journal).run(trial.query.sentence)
+    if again is not None and again.failure is not None:
+        raise TrialError(f"{again.id} could not look at the trial's frames: {again.failure}") from again.failure
+    tolerance = EXACTLY if again is None else BY_PERCEPTION
+    return Replayed(trial, journal.decisions, compare_decisions(trial.decisions, journal.decisions, tolerance), again)
+
+
+@contextmanager
+def perception_again(trial: TrialReader, memory: ObjectMemory, spec: str, seed: int | None) -> Iterator[Perception]:
+    """The perception of that name, closed at the end. Raises Failure; TrialError where its features do not fit."""
+    encoder = memory.text_encoder
+    if encoder is None:
+        raise TrialError(f"{trial.path} cannot be looked at again without its text encoder")
+    perception = open_perception(spec, encoder, _seed(trial) if seed is None else seed)
+    with ExitStack() as opened:
+        if isinstance(perception, StagedPerception):
+            opened.callback(perception.close)
+        space = getattr(perception, "text_space", None)
+        if perception.feature_text_aligned and space not in (None, encoder.id):
+            raise TrialError(f"The features of {perception.id} live in the text space of {space}, not of {encoder.id}")
+        yield perception
+
+
+def _seed(trial: TrialReader) -> int:
+    """Of the trial's simulation; 0 where nothing was simulated."""
+    return int(tomllib.loads(trial.configuration or "").get("sim", {}).get("seed", 0))
 
 
 def trial_memory(trial: TrialReader, memory_path: Path | None) -> ObjectMemory:

@@ -100,7 +100,10 @@ class RecordedInputs:
 
 
 def replay_ports(entries: Sequence[Entry]) -> Ports:
-    """One body behind every port, fed from a trial's entries. The clock passes only in sleep."""
+    """One body behind every port, fed from a trial's entries. The clock passes only in sleep.
+
+    Another perception can stand before the recorded one: sim_fakes.second_look.
+    """
     inputs = RecordedInputs([entry for entry in entries if not isinstance(entry.record, records.Query)])
     return Ports(
         clock=SimClock(0),

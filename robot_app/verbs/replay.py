@@ -1,24 +1,35 @@
 """Run a recorded trial's mission again from what it consumed, and compare decision by decision.
 
 Ranking, goal poses, arrival checks and transitions are computed anew; sensors, navigation, operator and perception
-answer as they did. Exit status 0: identical (the same discrete decisions, floats within 1e-6). 1: the first
-difference is printed, with how far the values are apart.
+answer as they did. With --perception, that perception looks at the recorded arrival frames again. Exit status 0:
+identical (the same discrete decisions, floats within 1e-6; with --perception, similarity and overlap within 0.05, and
+the words of a reason may differ). 1: the first difference is printed, with how far the values are apart.
 """
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from robot_app.cli import Failure, print_json
+
+if TYPE_CHECKING:
+    from logs.trial_compare import Difference
+    from logs.trial_records import Checks, Record
+    from robot_app.trials import Replayed
 
 EXAMPLE = "openbelief replay demo-out/trial.mcap"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    from robot_app.perceptions import FORMS
+
     parser.add_argument("trial", type=Path, metavar="TRIAL.mcap", help="a recorded trial")
     parser.add_argument("--memory", type=Path, help="the .belief file, where the trial names it only by its hash")
+    parser.add_argument("--perception", metavar="KIND:ARGUMENT", help=f"looks at the arrival frames again: {FORMS}")
+    parser.add_argument("--seed", type=int, metavar="N", help="of a simulated perception (default: the trial's)")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -27,37 +38,57 @@ def run(options: argparse.Namespace) -> int:
     from openbelief.store import BeliefFileError
     from robot_app.trials import replay_trial
 
+    if options.seed is not None and options.perception is None:
+        raise Failure("--seed is for --perception: nothing is simulated without it")
     try:
-        replayed = replay_trial(options.trial, options.memory)
+        replayed = replay_trial(options.trial, options.memory, options.perception, options.seed)
     except (LogError, TrialError, BeliefFileError, ValueError, OSError) as error:
         raise Failure(str(error)) from error
-    difference = replayed.difference
     if options.json:
         print_json(_as_json(options.trial, replayed))
-    elif difference is None:
-        print(f"identical: {len(replayed.decisions)} decisions, outcome {_outcome(replayed)}")
     else:
-        print(f"different: {difference}")
-    return 0 if difference is None else 1
+        print("\n".join(_story(replayed)))
+    return 0 if replayed.difference is None else 1
 
 
-def _outcome(replayed: Any) -> str:
+def _story(replayed: Replayed) -> Iterator[str]:
+    from logs.structured import neutralise
+
+    if replayed.again is not None:
+        yield neutralise(f"perception then {_recorded_perception(replayed)}, now {replayed.again.id}")
+        yield from (neutralise(_look_line(number, look)) for number, look in enumerate(_looks(replayed), start=1))
+    if replayed.difference is not None:
+        yield neutralise(f"different: {replayed.difference}")
+        if replayed.again is not None and _verdicts(replayed.trial.decisions) == _verdicts(replayed.decisions):
+            yield "every verdict is the same"
+    else:
+        yield f"identical: {len(replayed.decisions)} decisions, outcome {_outcome(replayed)}"
+
+
+def _outcome(replayed: Replayed) -> str:
     ended = replayed.trial.outcome
-    return f"{ended.end} ({ended.reason})"
+    return "none" if ended is None else f"{ended.end} ({ended.reason})"
 
 
-def _as_json(path: Path, replayed: Any) -> dict[str, Any]:
-    difference = replayed.difference
-    return {
+def _as_json(path: Path, replayed: Replayed) -> dict[str, Any]:
+    difference, ended = replayed.difference, replayed.trial.outcome
+    report = {
         "trial": str(path),
         "replay": "identical" if difference is None else "different",
         "decisions": len(replayed.decisions),
-        "outcome": replayed.trial.outcome.end,
+        "outcome": ended.end if ended else None,
         "difference": None if difference is None else _difference(difference),
+    }
+    if replayed.again is None:
+        return report
+    return report | {
+        "perception": {"recorded": _recorded_perception(replayed), "replayed": replayed.again.id},
+        "looks": _looks(replayed),
+        "verdicts_same": _verdicts(replayed.trial.decisions) == _verdicts(replayed.decisions),
     }
 
 
-def _difference(difference: Any) -> dict[str, Any]:
+def _difference(difference: Difference) -> dict[str, Any]:
     return {
         "step": difference.step,
         "decision": difference.decision,
@@ -68,3 +99,56 @@ def _difference(difference: Any) -> dict[str, Any]:
         "by": difference.by,
         "sentence": str(difference),
     }
+
+
+def _recorded_perception(replayed: Replayed) -> str:
+    from logs.trial_records import Segments
+
+    return next((r.perception for r in replayed.trial.records if isinstance(r, Segments)), "none")
+
+
+def _looks(replayed: Replayed) -> list[dict[str, Any]]:
+    """Every frame that was looked at again, with the checks then and now."""
+    then, now = _checks(replayed.trial.decisions), _checks(replayed.decisions)
+    return [
+        {
+            "frame_stamp_ns": look.stamp_ns,
+            "masks": {"recorded": len(look.before), "replayed": len(look.now)},
+            "recorded": _values(then.get(look.stamp_ns)),
+            "replayed": _values(now.get(look.stamp_ns)),
+        }
+        for look in (replayed.again.looks if replayed.again else [])
+    ]
+
+
+def _checks(decisions: list[Record]) -> dict[int, Checks]:
+    from logs.trial_records import Checks
+
+    return {record.frame_stamp_ns: record for record in decisions if isinstance(record, Checks)}
+
+
+def _verdicts(decisions: list[Record]) -> list[tuple[int, str]]:
+    return [(checks.object_id, checks.verdict) for checks in _checks(decisions).values()]
+
+
+def _values(checks: Checks | None) -> dict[str, Any] | None:
+    if checks is None:
+        return None
+    values = {"semantic": checks.semantic.value, "geometric": checks.geometric.value}
+    return {"object_id": checks.object_id, **values, "verdict": checks.verdict, "reason": checks.reason}
+
+
+def _look_line(number: int, look: dict[str, Any]) -> str:
+    """`look 1: 6 masks, now 5; like the query 0.61, now 0.43; at its place 0.80, now -; confirmed, now ...`"""
+    then, now = look["recorded"] or {}, look["replayed"] or {}
+    parts = [
+        f"{look['masks']['recorded']} masks, now {look['masks']['replayed']}",
+        f"like the query {_number(then.get('semantic'))}, now {_number(now.get('semantic'))}",
+        f"at its place {_number(then.get('geometric'))}, now {_number(now.get('geometric'))}",
+        f"{then.get('verdict', '-')}, now {now.get('verdict', '-')}",
+    ]
+    return f"look {number}: " + "; ".join(parts)
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.3f}"
