@@ -1,4 +1,4 @@
-"""Every verb keeps the same manners: quick help, an example that works as pasted, --json, one line for what is wrong."""
+"""Manners of every verb: quick help, an example that works as pasted, --json, one line for what is wrong."""
 
 from __future__ import annotations
 
