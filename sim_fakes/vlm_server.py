@@ -75,6 +75,7 @@ class Handler(BaseHTTPRequestHandler):
 
     protocol_version = "HTTP/1.1"
     server: StandIn
+    _answering: dict[str, str] | None = None  # the question whose answer is on its way
 
     def do_GET(self) -> None:
         if self._authorized() and self.path == "/v1/models":
@@ -100,8 +101,8 @@ class Handler(BaseHTTPRequestHandler):
         self.server.note(picture=name, behaviour=word, temperature=request.get("temperature"))
         with self.server.at_work():
             time.sleep(self.server.delay_s)
+            self._answering = {"picture": name, "answered": word}
             BEHAVIOURS[word](self, argument, self.server.answers.get(name, self.server.answers.get("*", "")))
-            self.server.note(picture=name, answered=word)
 
     def log_message(self, format: str, *args: Any) -> None:
         """Silent: --log has it."""
@@ -125,7 +126,7 @@ class Handler(BaseHTTPRequestHandler):
         self.send_header("Content-Type", kind)
         self.send_header("Content-Length", str(claimed or len(data)))
         self.end_headers()
-        self.wfile.write(data)
+        self._body(data)
         self.close_connection = self.close_connection or claimed is not None
 
     def drop(self) -> None:
@@ -138,6 +139,13 @@ class Handler(BaseHTTPRequestHandler):
         for key, value in {"Content-Length": str(len(data)), **(headers or {})}.items():
             self.send_header(key, value)
         self.end_headers()
+        self._body(data)
+
+    def _body(self, data: bytes) -> None:
+        """Noted before it is sent: who has read it may kill us."""
+        if self._answering is not None:
+            self.server.note(**self._answering)
+            self._answering = None
         self.wfile.write(data)
 
     def _authorized(self) -> bool:

@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-import time
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -134,12 +132,22 @@ def test_an_object_too_long_is_reported_and_not_split():
     assert alarm.label == 0 and alarm.extent_m == pytest.approx(4.9) and "over 4 m" in alarm.because
 
 
-def test_time_grows_about_linearly_with_the_site():
-    def seconds(n):
-        views = [seen(GRID + np.float32([3.0 * (i // 8), 0, 0]), frame=i) for i in range(n)]
-        start = time.process_time()
-        assert len(partition(associate(views, Parameters()))) == n // 8
-        return time.process_time() - start
+class Counted(Association):
+    """Counts the expensive part: point-by-point comparisons."""
 
-    seconds(80)
-    assert seconds(1600) < 20 * seconds(200) + 0.5  # 8 times the site; quadratic would be 64
+    comparisons = 0
+
+    def _overlaps(self, one, other):
+        self.comparisons += 1
+        return super()._overlaps(one, other)
+
+
+def test_comparisons_grow_with_the_site_and_not_with_its_square():
+    def comparisons(n):
+        association = Counted(Parameters())
+        for i in range(n):
+            association.add(seen(GRID + np.float32([3.0 * (i // 8), 0, 0]), frame=i))
+        assert len(partition(association.labels())) == n // 8
+        return association.comparisons
+
+    assert 0 < comparisons(384) == 8 * comparisons(48)

@@ -69,7 +69,7 @@ def test_it_gives_images_imu_and_health(make_camera, sees, eventually) -> None:
     assert np.median(np.abs(frame.depth_m - truth_m)[frame.depth_m > 0]) < 0.002
     assert frame.intrinsics == camera.info.intrinsics and frame.frame_id == "camera_color_optical_frame"
     assert frame.domain is TimestampDomain.GLOBAL
-    assert 0 <= time.time_ns() - frame.stamp_ns < 1_000_000_000
+    assert 0 <= time.time_ns() - frame.stamp_ns < 30_000_000_000  # of now, not since the camera was opened or 1970
     eventually(lambda: camera.health().counts.frames > 3)
     samples = camera.take_imu()
     assert np.all(np.diff([sample.stamp_ns for sample in samples]) > 0)
