@@ -260,8 +260,8 @@ class ObjectMemory:
 
     def _class_table(self, classes: Sequence[str] | Array) -> Array:
         """(C, d) float64 unit rows."""
-        if len(classes) == 0:
-            raise ValueError("Classes should be at least one name or embedding.")
+        if isinstance(classes, str) or len(classes) == 0:
+            raise ValueError("Classes should be a list of at least one name or embedding.")
         names = all(isinstance(c, str) for c in classes)
         return unit_rows(
             self._encoder().encode(list(classes)) if names else classes, self.text_dim, "A class embedding"

@@ -5,12 +5,16 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
-from typing import Any, Literal
+from functools import cache
+from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """Defaults are the paper's where it gives one. Raises ValueError on a number that is not finite or out of range."""
+    """Defaults are the paper's where it gives one.
+
+    Raises ValueError on a value of the wrong kind, or a number that is not finite or out of range.
+    """
 
     # Acquisition (Sec. III-B)
     voxel_m: float = 0.02  # HOV-SG; one point per occupied voxel, or Omega_r would depend on point density
@@ -59,6 +63,8 @@ class Parameters:
     def __post_init__(self) -> None:
         for spec in dataclasses.fields(self):
             value = getattr(self, spec.name)
+            if not _fits(value, _kinds()[spec.name]):
+                raise ValueError(f"Parameter {spec.name} should be {_named(_kinds()[spec.name])}, got {value!r}.")
             if isinstance(value, float) and not math.isfinite(value):
                 raise ValueError(f"Parameter {spec.name} must be finite, got {value}.")
         for name in ("voxel_m", "radius_m", "t_vis", "t_proj", "t_obj", "cluster_eps_m"):
@@ -76,6 +82,11 @@ class Parameters:
         ):
             if not 0 <= getattr(self, name) <= 1:
                 raise ValueError(f"Parameter {name} must be in [0, 1], got {getattr(self, name)}.")
+        for name, least in (("min_mask_px", 0), ("min_points", 0), ("cluster_min_points", 1), ("depth_min_m", 0)):
+            if getattr(self, name) < least:
+                raise ValueError(f"Parameter {name} must be at least {least}, got {getattr(self, name)}.")
+        if self.depth_max_m <= self.depth_min_m:
+            raise ValueError(f"Parameter depth_max_m must be greater than depth_min_m, got {self.depth_max_m}.")
         if self.alpha <= 0:
             raise ValueError(
                 f"Parameter alpha must be greater than 0, got {self.alpha} (regularize=false is the ablation)."
@@ -93,3 +104,26 @@ class Parameters:
         if unknown := sorted(set(values) - known):
             raise ValueError(f"Unknown parameter {unknown[0]!r}; known are {', '.join(sorted(known))}.")
         return cls(**values)
+
+
+@cache
+def _kinds() -> dict[str, Any]:
+    return get_type_hints(Parameters)
+
+
+def _fits(value: object, kind: Any) -> bool:
+    """Whether a value is of an annotated kind; a misspelt word or a broken number is found here, not in a formula."""
+    if get_origin(kind) is Literal:
+        return value in get_args(kind)
+    if choices := get_args(kind):
+        return any(_fits(value, choice) for choice in choices)
+    if kind is float:
+        return isinstance(value, int | float) and not isinstance(value, bool)
+    return type(value) is kind
+
+
+def _named(kind: Any) -> str:
+    if get_origin(kind) is Literal:
+        return "one of " + ", ".join(get_args(kind))
+    names = {float: "a number", int: "a whole number", bool: "true or false", type(None): "left out"}
+    return " or ".join(names[one] for one in get_args(kind) or (kind,))

@@ -229,7 +229,7 @@ def _read_all(db: sqlite3.Connection, meta: dict[str, Any]) -> Stored:
 
 
 def _read_frames(db: sqlite3.Connection) -> tuple[FrameRecord, ...]:
-    rows = db.execute("SELECT recording, stamp_ns, skipped FROM frames ORDER BY recording, stamp_ns")
+    rows = db.execute("SELECT recording, stamp_ns, skipped FROM frames NOT INDEXED ORDER BY recording, stamp_ns")
     return tuple(FrameRecord(*row) for row in rows)
 
 

@@ -67,3 +67,8 @@ def test_refinement_may_promote_what_the_eye_agrees_with():
 def test_classes_that_are_none_are_refused(memory, classes):
     with pytest.raises(ValueError, match="lass"):
         memory.project(classes)
+
+
+def test_one_name_is_no_list_of_names(flat, tiny_encoder):
+    with pytest.raises(ValueError, match="a list of at least one"):
+        ObjectMemory.build(flat, tiny_encoder, Parameters()).project("chair")

@@ -132,6 +132,23 @@ def test_a_flipped_bit_is_refused_or_changes_nothing(path, memory, seed):
         assert opened.content_hash == memory.content_hash and opened.rank(np.ones(16)) == memory.rank(np.ones(16))
 
 
+@pytest.mark.parametrize("key", ["text_dim", "feature_text_aligned", "chair"])
+def test_a_flipped_bit_in_a_key_is_refused_wherever_the_key_is_kept(path, key):
+    """An index keeps copies of the keys; a whole copy there must not vouch for a broken row."""
+    whole = path.read_bytes()
+    places = [i for i in range(len(whole)) if whole.startswith(key.encode(), i)]
+    refusals = 0
+    for place in places:
+        broken = bytearray(whole)
+        broken[place] ^= 1
+        path.write_bytes(broken)
+        try:
+            assert ObjectMemory.open(path).parameters == Parameters()
+        except BeliefFileError:
+            refusals += 1
+    assert refusals >= 1
+
+
 @pytest.mark.parametrize("content", [b"PK\x03\x04 a zip file" * 50, b"{}", b"SQLite format 3\x00" + bytes(84)])
 def test_a_foreign_file_is_refused(tmp_path, content):
     (tmp_path / "a.belief").write_bytes(content)
