@@ -26,10 +26,14 @@ def missing_libraries() -> list[str]:
 
 
 def main() -> int:
+    """--packages: only the names of the packages to install, for a script that may."""
     missing = missing_libraries()
+    packages = " ".join(sorted(APT_PACKAGE[library] for library in missing))
+    if "--packages" in sys.argv:
+        print(packages)
+        return 0
     if not missing:
         return 0
-    packages = " ".join(sorted(APT_PACKAGE[library] for library in missing))
     print(
         f"Missing system libraries: {', '.join(missing)}. Mend it with:\n    sudo apt-get install -y {packages}",
         file=sys.stderr,
