@@ -131,6 +131,11 @@ def imu_message(stamp_ns: int, frame_id: str, gyro_rad_s: Array, acceleration_m_
     )
 
 
+def battery_message(stamp_ns: int, fraction: float) -> Message:
+    """sensor_msgs/BatteryState of a charge from 0 to 1; what else it could tell is not."""
+    return make("sensor_msgs/msg/BatteryState", header=header(stamp_ns, ""), percentage=fraction, present=True)
+
+
 def grid_of(message: Message) -> OccupancyGrid:
     """OccupancyGrid of a nav_msgs/OccupancyGrid whose axes are the map's; another frame or a turned grid is refused."""
     info = message.info

@@ -31,7 +31,7 @@ from logs.versions import commit, versions
 from robot_app.app import Robot, Wire, open_robot
 from robot_app.config import Config, Topics, dump_config
 from robot_app.record_gauge import Gauge, Status
-from robot_app.walking import Walker
+from sim_fakes.walk import Walker
 
 TICK_S = 0.02
 ON_THE_WIRE = ("ros", "sim")
@@ -96,7 +96,9 @@ def _run(
     show: Callable[[Callable[[], Status]], None],
 ) -> None:
     begin_ns, simulation = robot.clock.now_ns(), robot.site.simulation
-    walker = Walker(simulation) if simulation is not None and not job.stand else None
+    walker = None
+    if simulation is not None and not job.stand:
+        walker = Walker(simulation.robot, simulation.clock, simulation.world.walk)
     while not stop.is_set() and recorder.failure is None:
         robot.clock.sleep(TICK_S)
         tap.poll()

@@ -10,8 +10,7 @@ from logs.recorder import McapRecorder
 from logs.tap import TopicTap
 from robot_app.app import open_robot
 from robot_app.config import Config
-from robot_app.simulation import Simulation
-from sim_fakes.walk import STUCK_S, keyframes
+from sim_fakes.walk import keyframes
 
 FRAME_EVERY_M, FRAME_EVERY_DEG = 0.7, 30.0
 
@@ -39,27 +38,3 @@ def record_walk(config: Config, path: Path, on_frame: Callable[[int], None]) -> 
                 on_frame(frames)
             simulation.clock.sleep(0.2)  # the transforms around the last picture
             return frames
-
-
-class Walker:
-    """The same walk, a step at a time: `step` sends the robot on where it stands, and is False at the walk's end."""
-
-    def __init__(self, simulation: Simulation) -> None:
-        self._robot, self._clock = simulation.robot, simulation.clock
-        self._waypoints = iter(simulation.world.walk)
-        self._deadline_ns = 0
-
-    def step(self) -> bool:
-        """Raises RuntimeError where the walk is blocked."""
-        if self._robot.blocked:
-            raise RuntimeError(f"The walk is blocked. {self._robot.blocked}")
-        if self._robot.moving:
-            if self._clock.now_ns() > self._deadline_ns:
-                raise RuntimeError(f"The walk did not reach its next waypoint within {STUCK_S:.0f} s.")
-            return True
-        waypoint = next(self._waypoints, None)
-        if waypoint is None:
-            return False
-        self._robot.follow(waypoint.xy[None], waypoint.yaw)
-        self._deadline_ns = self._clock.now_ns() + round(STUCK_S * 1e9)
-        return True

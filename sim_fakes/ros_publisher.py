@@ -8,6 +8,7 @@ from typing import Protocol
 from drivers.ports import LidarCloud
 from drivers.ros_clouds import cloud_message
 from drivers.ros_convert import (
+    battery_message,
     camera_info_message,
     color_message,
     depth_message,
@@ -16,7 +17,7 @@ from drivers.ros_convert import (
     transforms_message,
 )
 from drivers.ros_messages import Message, encode
-from drivers.topics import CAMERA_INFO, COLOR, DEPTH, LIDAR, LIDAR_IMU, MAP, TF, TF_STATIC, Topic
+from drivers.topics import BATTERY, CAMERA_INFO, COLOR, DEPTH, LIDAR, LIDAR_IMU, MAP, TF, TF_STATIC, Topic
 from openbelief.arrays import Array
 from openbelief.observation import Intrinsics
 from openbelief.pose import T_CAMERA_LINK_OPTICAL, Pose2, inverse, wrap_angle
@@ -28,6 +29,7 @@ from sim_fakes.sim_clock import SimClock
 CAMERA_FRAME, LIDAR_FRAME = "camera_color_optical_frame", "livox_frame"
 TF_RATE_HZ = 20.0  # each sample costs a fence
 IMU_PER_TF = 10  # 200 Hz
+BATTERY_RATE_HZ = 1.0
 GRAVITY_M_S2 = 9.81
 
 
@@ -110,6 +112,15 @@ class SimRosPublisher:
 
         self._clock.every(1.0 / TF_RATE_HZ, send)
 
+    def start_battery(self, fraction: float) -> None:
+        """The charge, 0 to 1, once a second; a simulated battery never runs down."""
+
+        def send() -> None:
+            self._send(BATTERY, battery_message(self._stamp_ns(), fraction))
+            self._bridge.flush()
+
+        self._clock.every(1.0 / BATTERY_RATE_HZ, send)
+
     def _send_imu(self, turn_rad_s: float) -> None:
         """What the base feels, turned into the lidar's frame; the stamps are spread over the time since the last."""
         R_lidar_base = self._robot.T_base_lidar[:3, :3].T
@@ -152,9 +163,13 @@ class SimRosPublisher:
         stamp_ns, robot = self._stamp_ns(), self._robot
         color, depth_m = self._eyes.image(robot.pose.matrix() @ robot.T_base_camera, stamp_ns)
         self._send_tf()
+        self.send_image(stamp_ns, color, depth_m)
+
+    def send_image(self, stamp_ns: int, color: Array, depth_m: Array) -> None:
+        """An image made elsewhere, of the robot at that stamp; from any thread."""
         self._send(COLOR, color_message(stamp_ns, CAMERA_FRAME, color))
         self._send(DEPTH, depth_message(stamp_ns, CAMERA_FRAME, depth_m))
-        self._send(CAMERA_INFO, camera_info_message(stamp_ns, CAMERA_FRAME, robot.intrinsics))
+        self._send(CAMERA_INFO, camera_info_message(stamp_ns, CAMERA_FRAME, self._robot.intrinsics))
 
     def _lidar(self) -> None:
         self._send_lidar()

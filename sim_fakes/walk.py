@@ -35,5 +35,28 @@ def keyframes(
             raise RuntimeError(f"The walk to x={waypoint.x} y={waypoint.y} is blocked. {robot.blocked}")
 
 
+class Walker:
+    """The same walk, a step at a time: `step` sends the robot on where it stands, and is False at the walk's end."""
+
+    def __init__(self, robot: SimRobot, clock: SimClock, waypoints: Iterable[Pose2]) -> None:
+        self._robot, self._clock, self._waypoints = robot, clock, iter(waypoints)
+        self._deadline_ns = 0
+
+    def step(self) -> bool:
+        """Raises RuntimeError where the walk is blocked."""
+        if self._robot.blocked:
+            raise RuntimeError(f"The walk is blocked. {self._robot.blocked}")
+        if self._robot.moving:
+            if self._clock.now_ns() > self._deadline_ns:
+                raise RuntimeError(f"The walk did not reach its next waypoint within {STUCK_S:.0f} s.")
+            return True
+        waypoint = next(self._waypoints, None)
+        if waypoint is None:
+            return False
+        self._robot.follow(waypoint.xy[None], waypoint.yaw)
+        self._deadline_ns = self._clock.now_ns() + round(STUCK_S * 1e9)
+        return True
+
+
 def _moved(before: Pose2, now: Pose2, spacing_m: float, turn_rad: float) -> bool:
     return before.distance_to(now) >= spacing_m or abs(wrap_angle(now.yaw - before.yaw)) >= turn_rad
