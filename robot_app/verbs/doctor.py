@@ -1,7 +1,8 @@
 """Look at everything that a mission needs, and say of each part ok, warn or fail, with the remedy.
 
 Disk, memory file and its encoder, models and GPU, certificates; then the robot that robot.toml names: link and
-encryption, camera, lidar, clocks, transforms, map and Nav2. Moves nothing. Exit status 1 where anything fails.
+encryption, camera, lidar, clocks, transforms, map, Nav2, watchdog, battery. Moves nothing. Exit status 1 where anything
+fails.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from typing import TYPE_CHECKING
 from robot_app.cli import Failure, print_json
 
 if TYPE_CHECKING:
-    from robot_app.doctor import Line
+    from robot_app.doctor_line import Line
 
 EXAMPLE = "openbelief doctor --config demo-out/robot.toml"
 
@@ -27,7 +28,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     from drivers.clock import SystemClock
     from robot_app.config import ConfigError, load_config
-    from robot_app.doctor import Level, examine
+    from robot_app.doctor import examine
+    from robot_app.doctor_line import Level
 
     try:
         config = load_config(options.config)

@@ -6,18 +6,29 @@ import json
 import struct
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from drivers.topics import CAMERA_INFO, COLOR, DEPTH, LIDAR, TF, TRANSFORMS, Topic
+from behaviors.supervisor import SafetyPolicy
+from drivers.heartbeat import Heartbeat, WatchdogView
+from drivers.ros_convert import battery_message
+from drivers.ros_messages import encode
+from drivers.ros_topics import RosBattery
+from drivers.topics import BATTERY, CAMERA_INFO, COLOR, DEPTH, LIDAR, TF, TRANSFORMS, Topic
+from drivers.watchdog_guard import WatchdogGuard
+from drivers.zenoh_link import ZenohLink
 from openbelief import ObjectMemory, Observation, Parameters
 from robot_app.app import Robot, open_robot
 from robot_app.cli import main
 from robot_app.config import Config, Ports, Zenoh, load_config
-from robot_app.doctor import Level, Line, check_certificates, check_disk, check_memory, examine_robot, stays_here
-from robot_app.doctor_ears import Heard
+from robot_app.doctor import examine_robot
+from robot_app.doctor_ears import Ears, Heard
+from robot_app.doctor_line import Level, Line, Patient
+from robot_app.doctor_robot import check_battery, check_watchdog, stays_here
+from robot_app.doctor_site import check_certificates, check_disk, check_memory
 from robot_app.site_folder import make_site
 from robot_app.verbs.doctor import written
 from robot_app.zenoh_site import ZenohSite
@@ -25,6 +36,7 @@ from sim_fakes.faults import garbage
 
 CONFIG = Config()
 DAY_NS = 86_400 * 10**9
+Eventually = Callable[[Callable[[], bool]], None]
 
 
 @pytest.fixture(scope="module")
@@ -43,6 +55,19 @@ def robot(open_one: Robot) -> Iterator[Robot]:
     site.sensor_faults.muted.clear()
     site.sensor_faults.spoiled.clear()
     open_one.clock.sleep(3.0)
+
+
+@pytest.fixture
+def eventually() -> Eventually:
+    """Wait, in wall time, for what real threads bring about."""
+
+    def wait(condition: Callable[[], bool]) -> None:
+        end_s = time.monotonic() + 10.0
+        while not condition():
+            assert time.monotonic() < end_s, "not within 10 s"
+            time.sleep(0.02)
+
+    return wait
 
 
 def findings(robot: Robot) -> dict[str, Line]:
@@ -110,6 +135,75 @@ def shifted(topic: Topic, by_ns: int) -> Callable[[bytes], bytes]:
         return bytes(moved)
 
     return spoil
+
+
+@pytest.fixture
+def ros_patient(robot: Robot) -> Patient:
+    """The same wire, as if the robot at its other end were a real one: with a watchdog to hear, and a battery port."""
+    wire = robot.site.wires["sim"]
+    view, battery = WatchdogView(wire.link, wire.keys), RosBattery(wire.link, robot.clock)
+    view.start()
+    battery.start()
+    config = Config(ports=Ports(navigator="ros", battery="ros"))
+    return Patient(config, replace(robot, battery=battery), Ears(robot.clock), view)
+
+
+def without_watchdog(patient: Patient) -> Patient:
+    """The site does without one."""
+    safety = SafetyPolicy(watchdog="off")
+    return replace(patient, config=patient.config.model_copy(update={"safety": safety}))
+
+
+def test_a_watchdog_that_is_not_heard_fails_where_missions_need_one(ros_patient: Patient) -> None:
+    [line] = check_watchdog(ros_patient)
+    assert line.level == Level.FAIL and "openbelief onboard" in line.remedy
+    [line] = check_watchdog(without_watchdog(ros_patient))
+    assert line.level == Level.OK and "not required" in line.said
+
+
+def test_the_watchdogs_own_word_is_told_from_waiting_to_latched(ros_patient: Patient, eventually: Eventually) -> None:
+    config = ros_patient.robot.site.wires["sim"].link.config
+    with ZenohLink(config) as onboard, ZenohLink(config) as workstation:
+        guard = WatchdogGuard(onboard)
+        guard.start()
+
+        def says(level: Level, text: str) -> bool:
+            guard.step()
+            [line] = check_watchdog(ros_patient)
+            return line.level == level and text in line.said
+
+        eventually(lambda: says(Level.OK, "waiting"))
+        with Heartbeat(workstation) as heartbeat:
+            eventually(lambda: says(Level.OK, "armed"))
+            heartbeat.abandon()
+            eventually(lambda: says(Level.FAIL, "silent for"))
+        [line] = check_watchdog(without_watchdog(ros_patient))
+        assert line.level == Level.FAIL and "--reset" in line.remedy
+
+
+@pytest.mark.parametrize(("charge", "level"), [(0.8, Level.OK), (0.3, Level.WARN), (0.2, Level.FAIL)])
+def test_a_charge_is_judged_by_the_limits_of_missions(
+    ros_patient: Patient, eventually: Eventually, charge: float, level: Level
+) -> None:
+    patient = ros_patient
+    [line] = check_battery(patient)
+    assert line.level == Level.FAIL and "No battery state yet" in line.said and "none" in line.remedy
+
+    def heard() -> bool:
+        stamp_ns = patient.robot.clock.now_ns()
+        bridge = patient.robot.site.simulation.site.bridge
+        bridge.publish(BATTERY, encode(battery_message(stamp_ns, charge)))
+        [line] = check_battery(patient)
+        return line.level == level and f"{100 * charge:.0f} %" in line.said
+
+    eventually(heard)
+
+
+def test_a_battery_that_nobody_watches_is_a_warning_on_a_real_robot_only(ros_patient: Patient) -> None:
+    unwatched = replace(ros_patient, robot=replace(ros_patient.robot, battery=None))
+    [line] = check_battery(unwatched)
+    assert line.level == Level.WARN and "battery" in line.remedy
+    assert list(check_battery(replace(unwatched, config=CONFIG))) == []
 
 
 def test_no_router_is_one_line_with_the_cause_and_exit_status_1(
