@@ -47,6 +47,9 @@ class SafetyPolicy:
             value = getattr(self, spec.name)
             if isinstance(value, float) and not (math.isfinite(value) and value > 0):
                 raise ValueError(f"Safety limit {spec.name} must be greater than 0, got {value}.")
+        for name in ("battery_start", "battery_return"):
+            if getattr(self, name) > 1:
+                raise ValueError(f"Safety limit {name} is a share of 1, not a percentage: got {getattr(self, name)}.")
         for polygon in (*self.keep_out, *([self.allowed] if self.allowed else [])):
             if len(polygon) < 3 or not all(math.isfinite(c) for point in polygon for c in point):
                 raise ValueError(f"A keep-out or allowed polygon needs 3 or more finite (x, y) points, got {polygon}.")

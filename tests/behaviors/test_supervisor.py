@@ -117,10 +117,11 @@ def test_a_pose_that_no_robot_can_have_reached_ends_the_mission(name):
     [
         {"jump_m": -1.0},
         {"battery_start": float("nan")},
+        {"battery_return": 25.0},
         {"keep_out": (((0.0, 0.0), (1.0, 1.0)),)},
         {"allowed": ((0.0, 0.0),)},
     ],
 )
 def test_limits_that_make_no_sense_are_refused(limits):
-    with pytest.raises(ValueError, match=r"must be greater|needs 3 or more"):
+    with pytest.raises(ValueError, match=r"must be greater|share of 1|needs 3 or more"):
         SafetyPolicy(**limits)
