@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -21,6 +22,9 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 class ConfigError(ValueError):
     """The configuration is refused: one line that names the file, the key and the remedy."""
+
+
+CORRECTION = ("tau_nu", "tau_q", "tau_arr", "k_max")  # what robot.toml may change over a frozen memory
 
 
 class Section(BaseModel):
@@ -187,13 +191,28 @@ class Config(Section):
     perception: Perception = Perception()
     mission: MissionPolicy = MissionPolicy()
     safety: SafetyPolicy = SafetyPolicy()
-    parameters: Parameters = Parameters()
+    parameters: dict[str, Any] = Field(default_factory=dict)  # CORRECTION's, where unlike the memory's
 
     @model_validator(mode="after")
     def _whole(self) -> Config:
         if self.ports.uses("replay") and self.replay.recording is None:
             raise ValueError('a port says "replay": name the recording with [replay] recording = "walk.mcap"')
+        Parameters.from_dict(self.parameters)
         return self
+
+    def mission_parameters(self, memory: Parameters) -> Parameters:
+        """The memory's own parameters with the correction loop's changed; raises ConfigError where another differs.
+
+        A memory's belief was built with its parameters: to rank with others, it is rebuilt.
+        """
+        changed = dataclasses.replace(memory, **self.parameters)
+        for name, value in self.parameters.items():
+            if name not in CORRECTION and getattr(changed, name) != getattr(memory, name):
+                raise ConfigError(
+                    f"[parameters] {name} = {value!r} is not the memory's ({getattr(memory, name)!r}): "
+                    f"make a memory with it by openbelief rebuild --set {name}={value}, or leave it out"
+                )
+        return changed
 
 
 def load_config(path: Path) -> Config:

@@ -93,9 +93,17 @@ def run_demo(folder: Path, query: str, scene: str, seed: int, progress: Progress
         sim=Sim(scene=scene, seed=seed),
         mission=MissionPolicy(motion="allow"),
     )
-    files.config.write_text(dump_config(config), encoding="utf-8")
+    files.config.write_text(dump_config(_from_its_folder(config)), encoding="utf-8")
     make_memory(config, files, progress, tell)
     return ask_and_replay(config, files, query, tell)
+
+
+def _from_its_folder(config: Config) -> Config:
+    """As it reads from a robot.toml beside the memory, whose paths are relative to it."""
+    scene = Path(config.sim.scene)
+    sim = config.sim.model_copy(update={"scene": str(scene.resolve()) if scene.is_file() else config.sim.scene})
+    memory = config.memory and Path(config.memory.name)
+    return config.model_copy(update={"memory": memory, "trials": Path(), "sim": sim})
 
 
 def make_memory(config: Config, files: Files, progress: Progress, tell: Callable[[str], None]) -> ObjectMemory:
@@ -110,7 +118,6 @@ def make_memory(config: Config, files: Files, progress: Progress, tell: Callable
         [files.walk],
         files.memory,
         [f"scripted:{config.sim.scene}"],
-        parameters=config.parameters,
         force=True,
         seed=config.sim.seed,
     )

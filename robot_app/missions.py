@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -40,6 +41,7 @@ class Missions:
         watch: Watch,
     ) -> None:
         self._config, self._robot, self._memory, self._memory_path = config, robot, memory, memory_path
+        self._parameters = config.mission_parameters(memory.parameters)
         self.watch = watch
         perception = mission_perception(config, mission_text_encoder(config))
         self.ports = robot.ports(operator, perception, watch.safety)
@@ -48,7 +50,7 @@ class Missions:
         """Run one mission to its end. Raises ValueError where the sentence names nothing."""
         self.watch.heartbeat.resume()
         trial_id = f"{self._robot.clock.now_ns()}"
-        path = trial or self._config.trials / f"trial_{trial_id}.mcap"
+        path = trial or _unused(self._config.trials / f"trial_{trial_id}.mcap")
         path.parent.mkdir(parents=True, exist_ok=True)
         outcome, failure = run_recorded(
             path,
@@ -56,7 +58,7 @@ class Missions:
             ports=self.ports,
             memory=self._memory,
             memory_path=self._memory_path,
-            parameters=self._config.parameters,
+            parameters=self._parameters,
             policy=self._config.mission,
             trial_id=trial_id,
             query_id=f"{trial_id}-1",
@@ -65,6 +67,12 @@ class Missions:
         if USE_THE_REMOTE in outcome.reason.lower():
             self.watch.heartbeat.abandon()  # our cancel went unanswered: the watchdog on the robot cancels there
         return Recorded(outcome, path, failure)
+
+
+def _unused(path: Path) -> Path:
+    """The path, numbered where it is taken: a simulated robot wakes at the same moment every time."""
+    numbered = (path.with_stem(f"{path.stem}_{number}") for number in itertools.count(2))
+    return next(each for each in itertools.chain([path], numbered) if not each.exists())
 
 
 @contextmanager

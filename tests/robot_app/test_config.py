@@ -2,6 +2,7 @@ from pathlib import Path
 
 import pytest
 
+from openbelief import Parameters
 from robot_app.config import Config, ConfigError, dump_config, load_config
 
 
@@ -38,7 +39,16 @@ def test_a_configuration_written_out_reads_back_to_the_same_values(tmp_path):
     first = load_config(write(tmp_path, text))
     again = load_config(write(tmp_path, dump_config(first)))
     assert again == first
-    assert again.parameters.k_max == 1
+    assert again.mission_parameters(Parameters(consolidate=False)).k_max == 1
+
+
+def test_a_mission_takes_the_memorys_parameters_and_changes_only_the_correction_loops():
+    config = Config(parameters={"tau_q": 0.6, "k_max": 1, "alpha": 0.25})
+    assert config.mission_parameters(Parameters(alpha=0.25, m_min=2)) == Parameters(
+        alpha=0.25, m_min=2, tau_q=0.6, k_max=1
+    )
+    with pytest.raises(ConfigError, match=r"alpha = 0.25 is not the memory's \(0.5\): .* rebuild --set alpha=0.25"):
+        config.mission_parameters(Parameters())
 
 
 def test_paths_are_relative_to_the_file_and_not_to_the_working_directory(tmp_path):
