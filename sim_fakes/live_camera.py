@@ -4,26 +4,39 @@ from __future__ import annotations
 
 import queue
 import threading
+from types import TracebackType
 
 from openbelief.arrays import Array
 from sim_fakes.robot import SimRobot
 from sim_fakes.ros_publisher import Eyes, SimRosPublisher
 from sim_fakes.sim_clock import SimClock
 
+LOOK_S = 0.1  # how often the end is looked for while nothing is exposed
+
 
 class LiveCamera:
     """An image takes 0.2 s to render, and /tf must not wait for it. What is exposed while one is rendered is lost, so a
-    slow machine gives fewer images, each with the stamp and the pose of its exposure.
+    slow machine gives fewer images, each with the stamp and the pose of its exposure. Works inside `with`.
     """
 
     def __init__(self, clock: SimClock, robot: SimRobot, eyes: Eyes, topics: SimRosPublisher, rate_hz: float) -> None:
         self._clock, self._robot, self._eyes, self._topics = clock, robot, eyes, topics
         self._exposed: queue.Queue[tuple[int, Array]] = queue.Queue(maxsize=1)
-        clock.every(1.0 / rate_hz, self._expose)
+        self._rate_hz = rate_hz
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="camera", daemon=True)
 
-    def start(self) -> None:
-        """Render until the process ends."""
-        threading.Thread(target=self._render, name="camera", daemon=True).start()
+    def __enter__(self) -> LiveCamera:
+        self._thread.start()
+        self._clock.every(1.0 / self._rate_hz, self._expose)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Waits for the image under way: Open3D ends a process with status 1 that leaves in the middle of one."""
+        self._ended.set()
+        self._thread.join()
 
     def _expose(self) -> None:
         try:
@@ -31,7 +44,10 @@ class LiveCamera:
         except queue.Full:
             return  # still rendering
 
-    def _render(self) -> None:
-        while True:
-            stamp_ns, T_map_camera = self._exposed.get()
+    def _run(self) -> None:
+        while not self._ended.is_set():
+            try:
+                stamp_ns, T_map_camera = self._exposed.get(timeout=LOOK_S)
+            except queue.Empty:
+                continue
             self._topics.send_image(stamp_ns, *self._eyes.image(T_map_camera, stamp_ns))

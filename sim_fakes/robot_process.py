@@ -19,6 +19,8 @@ import sys
 import threading
 from contextlib import ExitStack
 
+import zenoh
+
 from drivers.clock import SystemClock
 from drivers.ports import Clock
 from drivers.zenoh_link import open_router
@@ -117,7 +119,7 @@ def run(options: argparse.Namespace, stop: threading.Event) -> None:
         topics.start()
         topics.start_imu()
         topics.start_battery(CHARGE)
-        LiveCamera(clock, robot, eyes, topics, CAMERA_RATE_HZ).start()
+        opened.enter_context(LiveCamera(clock, robot, eyes, topics, CAMERA_RATE_HZ))
         opened.enter_context(emulated_lidar(robot, renderer, options.lidar_ip, options.host_ip, wall))
         keeper, remote = Keeper(clock, wall), Remote(robot, clock, world)
         remote.listen()
@@ -138,9 +140,16 @@ def main() -> int:
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
+    options = parser.parse_args()
     try:
-        run(parser.parse_args(), stop)
-    except (SceneError, OSError, RuntimeError) as error:
+        run(options, stop)
+    except zenoh.ZError:
+        print(f"robot_process: nothing can listen at {options.listen}: is the port free?", file=sys.stderr)
+        return 1
+    except OSError as error:
+        print(f"robot_process: no lidar at {options.lidar_ip}: {error.strerror} (--lidar-ip)", file=sys.stderr)
+        return 1
+    except (SceneError, RuntimeError) as error:
         print(f"robot_process: {error}", file=sys.stderr)
         return 1
     return 0
