@@ -26,6 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     from drivers.ports import PortError
+    from logs.structured import neutralise
     from openbelief.store import BeliefFileError
     from robot_app.config import ConfigError, load_config
     from robot_app.missions import open_missions
@@ -54,5 +55,6 @@ def run(options: argparse.Namespace) -> int:
             }
         )
     else:
-        print(f"{outcome.end}: {outcome.reason}\ntrial: {recorded.failure or recorded.trial}")
+        print(neutralise(f"{outcome.end}: {outcome.reason}"))
+        print(neutralise(f"trial: {recorded.failure or recorded.trial}"))
     return 0 if outcome.end == "CONFIRMED" else 1

@@ -1,0 +1,95 @@
+"""A demo's folder, made once, and an operator's keyboard and screen."""
+
+from __future__ import annotations
+
+import io
+import queue
+import shutil
+import signal
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from robot_app.cli import main
+
+SMALL = Path(__file__).parent / "small_scene.json"
+
+
+@pytest.fixture(scope="session")
+def demo_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What `openbelief demo` leaves of the small room; read only."""
+    folder = tmp_path_factory.mktemp("small") / "demo-out"
+    assert main(["demo", "--scene", str(SMALL), "--out", str(folder), "--json"]) == 0
+    return folder
+
+
+@pytest.fixture
+def small_site(demo_folder: Path, tmp_path: Path) -> Path:
+    """A copy of it, to ask and record in."""
+    return Path(shutil.copytree(demo_folder, tmp_path / "small-site"))
+
+
+class Keyboard:
+    """A standard input: lines come when they are typed, as a terminal's do."""
+
+    def __init__(self) -> None:
+        self._typed: queue.Queue[str | None] = queue.Queue()
+
+    def type(self, *lines: str) -> None:
+        for line in lines:
+            self._typed.put(line + "\n")
+
+    def end(self) -> None:
+        self._typed.put(None)
+
+    def wait_until_read(self) -> None:
+        """Until the reader has dealt with every typed line."""
+        self._typed.join()
+
+    def __iter__(self) -> Iterator[str]:
+        while (line := self._typed.get()) is not None:
+            yield line
+            self._typed.task_done()
+        self._typed.task_done()
+
+
+class Screen(io.StringIO):
+    """What the operator is shown; `reactions` are done once, when a line holds their words."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.reactions: dict[str, Callable[[], object]] = {}
+
+    def write(self, text: str) -> int:
+        for words in [words for words in self.reactions if words in text]:
+            self.reactions.pop(words)()
+        return super().write(text)
+
+    @property
+    def lines(self) -> list[str]:
+        return self.getvalue().splitlines()
+
+
+@pytest.fixture
+def keyboard() -> Iterator[Keyboard]:
+    made = Keyboard()
+    yield made
+    made.end()
+
+
+@pytest.fixture
+def screen() -> Screen:
+    return Screen()
+
+
+@pytest.fixture
+def terminal(
+    keyboard: Keyboard, screen: Screen, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Iterator[None]:  # after capsys, which has a standard error of its own
+    """The process's own standard input and error are the keyboard and the screen; Ctrl-C is as before afterwards."""
+    before = signal.getsignal(signal.SIGINT)
+    monkeypatch.setattr("sys.stdin", keyboard)
+    monkeypatch.setattr("sys.stderr", screen)
+    yield
+    signal.signal(signal.SIGINT, before)
