@@ -23,8 +23,11 @@ HIDDEN = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})  # control, format (bidi over
 
 def configure(clock: Clock, stream: TextIO | None = None, *, json_lines: bool | None = None) -> None:
     """Send the log to `stream` (default: stderr). json_lines: None = JSON unless the stream is a terminal."""
-    stream = sys.stderr if stream is None else stream
-    as_json = not stream.isatty() if json_lines is None else json_lines
+
+    def write_logger(*_args: Any) -> structlog.WriteLogger:
+        return structlog.WriteLogger(stream or sys.stderr)  # the stderr of the moment: it may be replaced and closed
+
+    as_json = not (stream or sys.stderr).isatty() if json_lines is None else json_lines
     renderer: Any = structlog.processors.JSONRenderer() if as_json else structlog.dev.ConsoleRenderer(pad_event_to=0)
     structlog.configure(
         processors=[
@@ -35,7 +38,7 @@ def configure(clock: Clock, stream: TextIO | None = None, *, json_lines: bool | 
             neutralise_event,
             renderer,
         ],
-        logger_factory=structlog.WriteLoggerFactory(file=stream),
+        logger_factory=write_logger,
         cache_logger_on_first_use=False,
     )
 
