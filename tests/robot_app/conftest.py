@@ -84,12 +84,20 @@ def screen() -> Screen:
 
 
 @pytest.fixture
-def terminal(
-    keyboard: Keyboard, screen: Screen, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Iterator[None]:  # after capsys, which has a standard error of its own
-    """The process's own standard input and error are the keyboard and the screen; Ctrl-C is as before afterwards."""
-    before = signal.getsignal(signal.SIGINT)
-    monkeypatch.setattr("sys.stdin", keyboard)
-    monkeypatch.setattr("sys.stderr", screen)
-    yield
-    signal.signal(signal.SIGINT, before)
+def terminal(keyboard: Keyboard, screen: Screen) -> Callable[[list[str]], int]:
+    """Runs a verb whose standard input and error are the keyboard and the screen; Ctrl-C is as before afterwards.
+
+    Put in place at the call: pytest sets its own streams again when a test begins.
+    """
+
+    def run(arguments: list[str]) -> int:
+        before = signal.getsignal(signal.SIGINT)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("sys.stdin", keyboard)
+            patch.setattr("sys.stderr", screen)
+            try:
+                return main(arguments)
+            finally:
+                signal.signal(signal.SIGINT, before)
+
+    return run
