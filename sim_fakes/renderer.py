@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -52,6 +53,7 @@ class Renderer:
         self._ids = np.array([FLOOR_ID, WALL_ID, *(o.id for o in world.objects)], dtype=np.int32)
         self._first_triangle = np.cumsum([0, *(len(m.triangles) for m in meshes[:-1])])
         self._shading = Shading(world, meshes)
+        self._pool = ThreadPoolExecutor(2, thread_name_prefix="shading")
         corners = np.concatenate([np.array(room.polygon) for room in world.rooms])
         self._extent = (corners.min(axis=0), corners.max(axis=0))
 
@@ -102,9 +104,14 @@ class Renderer:
         return Hits(rays[..., :3] + rays[..., 3:] * depth[..., None], depth, instances, triangles, hit["primitive_uvs"])
 
     def _shaded(self, hits: Hits) -> Rendered:
-        color = self._shading.colours(
-            hits.points.reshape(-1, 3), hits.triangles.ravel(), hits.uvs.reshape(-1, 2)
-        ).reshape(hits.points.shape)
+        """Upper and lower half side by side: numpy lets go of the interpreter in its long loops."""
+        points, triangles, uvs = hits.points.reshape(-1, 3), hits.triangles.ravel(), hits.uvs.reshape(-1, 2)
+        half = len(points) // 2
+        halves = self._pool.map(
+            lambda part: self._shading.colours(points[part], triangles[part], uvs[part]),
+            (slice(None, half), slice(half, None)),
+        )
+        color = np.concatenate(list(halves)).reshape(hits.points.shape)
         color[hits.instances == NOTHING] = EMPTY_RGB
         return Rendered(color, hits.depth_m, hits.instances)
 

@@ -14,6 +14,7 @@ import numpy as np
 from openbelief.arrays import Array, normalize
 from openbelief.observation import Mask, RgbdFrame
 from openbelief.perception.ports import TextEncoder
+from openbelief.perception.stages import Stage
 from sim_fakes.mask_noise import MaskNoise, ragged_masks
 from sim_fakes.renderer import Renderer
 from sim_fakes.scene import SceneObject, Vocabulary
@@ -45,6 +46,14 @@ class ScriptedPerception:
     @property
     def id(self) -> str:
         return f"scripted:{self._world.name}@{self._world.hash}:seed={self._seed}:{self._encoder.id}"
+
+    @property
+    def stages(self) -> tuple[Stage, ...]:
+        """One, so that mapping decodes and back-projects other frames meanwhile."""
+        return (Stage("masks", lambda frame, _: self.perceive(frame)),)
+
+    def close(self) -> None:
+        """Nothing is waited for."""
 
     def perceive(self, frame: RgbdFrame) -> list[Mask]:
         """The masks of what the frame's camera truly sees, largest id last."""
