@@ -132,7 +132,8 @@ class Mission:
         if self._policy.motion == "allow":
             return Step(Event.APPROVED, "the configuration allows motion without asking")
         event, because = REPLIES[self._ports.operator.confirm(_question(query.current), self._policy.confirm_timeout_s)]
-        return Step(event, because)
+        stopped = self._stopped() if event is Event.STOP else None  # with the reason, where there is one
+        return stopped or Step(event, because)
 
     def _navigate(self, query: Query, _: Step) -> Step:
         """Navigate to g_i; where that fails or something new stands there, from the next-best pose before U."""

@@ -97,11 +97,14 @@ class TerminalOperator:
         return line
 
     def _read(self) -> None:
-        for line in self._source:
-            words = line.strip()
-            self._lines_read += 1
-            if words.lower().rstrip("!.") in STOP_WORDS:
-                self.request_stop(because="the operator said stop")
-            else:
-                self._lines.put((self._lines_read, words))
+        try:
+            for line in self._source or ():
+                words = line.strip()
+                self._lines_read += 1
+                if words.lower().rstrip("!.") in STOP_WORDS:
+                    self.request_stop(because="the operator said stop")
+                else:
+                    self._lines.put((self._lines_read, words))
+        except (OSError, ValueError) as error:  # a terminal that went away, an input that was closed
+            self.tell(f"Nothing more can be typed here: {error}")
         self._lines.put(None)

@@ -7,7 +7,6 @@ otherwise; type stop (or press Ctrl-C) at any time. Exit status 0: CONFIRMED. 1:
 from __future__ import annotations
 
 import argparse
-import signal
 from pathlib import Path
 
 from robot_app.cli import Failure, print_json
@@ -30,13 +29,17 @@ def run(options: argparse.Namespace) -> int:
     from openbelief.store import BeliefFileError
     from robot_app.config import ConfigError, load_config
     from robot_app.missions import open_missions
+    from robot_app.signals import signals_stop
     from robot_app.terminal import TerminalOperator
 
     try:
         config = load_config(options.config)
         motion = "allow" if options.yes else config.mission.motion
-        with TerminalOperator(motion=motion) as operator, open_missions(config, operator) as missions:
-            signal.signal(signal.SIGINT, lambda *_: operator.request_stop(because="the operator pressed Ctrl-C"))
+        with (
+            TerminalOperator(motion=motion) as operator,
+            signals_stop(operator),
+            open_missions(config, operator) as missions,
+        ):
             recorded = missions.ask(options.sentence, options.trial)
     except (ConfigError, PortError, BeliefFileError, OSError, ValueError) as error:
         raise Failure(str(error)) from error

@@ -45,16 +45,18 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _missions(missions: Missions, operator: TerminalOperator, *, as_json: bool) -> None:
-    while sentence := operator.next_line():
+    from robot_app.signals import signals_stop
+
+    told_to_end = False
+    while not told_to_end and (sentence := operator.next_line()):
         operator.begin()
-        before = signal.signal(signal.SIGINT, lambda *_: operator.request_stop(because="the operator pressed Ctrl-C"))
         try:
-            recorded = missions.ask(sentence)
+            with signals_stop(operator) as heard:
+                recorded = missions.ask(sentence)
         except ValueError as error:
             print(f"openbelief run: {error}", file=sys.stderr)
             continue
-        finally:
-            signal.signal(signal.SIGINT, before)
+        told_to_end = any(number != signal.SIGINT for number in heard)
         outcome = recorded.outcome
         operator.tell(f"{outcome.end}: {outcome.reason}")
         operator.tell(f"trial: {recorded.failure or recorded.trial}")

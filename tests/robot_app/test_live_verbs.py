@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 import threading
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import pytest
 
 from logs import trial_records as records
 from logs.trial import TrialReader
+from robot_app.signals import BECAUSE
 
 ARMCHAIR = "go to the armchair"
 QUESTION = "May I walk"
@@ -46,6 +48,18 @@ def test_without_a_yes_the_robot_stays_and_the_exit_status_is_1(
     assert (status, report["outcome"]) == (1, "CANCELLED") and reason in report["reason"]
     trial = TrialReader(config.parent / "refused.mcap")
     assert not any(isinstance(record, records.GoalAnswer) for record in trial.records)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_that_would_end_the_program_stops_the_robot_and_the_trial_is_whole(
+    terminal, config, screen, capsys, number
+):
+    screen.reactions[QUESTION] = lambda: signal.raise_signal(number)
+    before = signal.getsignal(number)
+    status, report = ask(terminal, capsys, config)
+    assert (status, report["outcome"], report["reason"]) == (1, "CANCELLED", BECAUSE[number])
+    assert TrialReader(Path(report["trial"])).outcome.reason == BECAUSE[number]
+    assert signal.getsignal(number) == before
 
 
 def test_stop_typed_during_the_drive_cancels_the_goal(terminal, config, keyboard, screen, capsys, monkeypatch):

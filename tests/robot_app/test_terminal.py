@@ -109,3 +109,13 @@ def test_control_characters_are_made_visible_and_long_sentences_stay_whole(opera
     operator.tell("Looking at the \x1b[2Jlamp\nCONFIRMED \u202e" + "x" * 200 + " use the remote")
     [line] = screen.lines
     assert "\\x1b[2Jlamp\\x0aCONFIRMED \\u202e" in line and line.endswith("use the remote")
+
+
+def test_an_input_that_cannot_be_read_ends_like_one_that_ended_and_is_named(screen):
+    class Broken:
+        def __iter__(self):
+            raise OSError("the terminal is gone")
+
+    with TerminalOperator(source=Broken(), screen=screen) as operator:
+        assert operator.next_line() is None
+    assert any("the terminal is gone" in line for line in screen.lines)
