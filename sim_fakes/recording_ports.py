@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Generic, TypeVar
@@ -20,6 +20,7 @@ from drivers.ros_messages import decode
 from logs.frame_plan import RecordingError, Scan, scan
 from logs.frames import FrameReader
 from logs.reader import LogMessage, LogReader
+from logs.surroundings import grid_from_what_was_seen
 from openbelief.arrays import Array
 from openbelief.observation import RgbdFrame
 from openbelief.pose import Pose2
@@ -55,7 +56,10 @@ class RecordingPorts:
     def pose(self, clock: Clock) -> RecordingPoses:
         return RecordingPoses(self._scan, self._line(clock))
 
-    def map(self, clock: Clock) -> RecordingMap:
+    def map(self, clock: Clock) -> RecordingMap | BuiltMap:
+        """The recorded one; where there is none, a grid of all that the walk's lidar and depth camera saw."""
+        if GRID not in LogReader(self._path, prefix=True).topics().values():
+            return BuiltMap(grid_from_what_was_seen(self._path))
         return RecordingMap(self._messages(GRID, "map"), self._line(clock))
 
     @cached_property
@@ -156,6 +160,16 @@ class RecordingPoses:
             return self._line.fresh("The robot's pose", (at_ns, pose), max_age_s)[1]
         except PoseUnavailable as error:
             raise StaleData(f"The robot's pose: {error}") from error
+
+
+@dataclass(frozen=True)
+class BuiltMap:
+    """The Map port of a site whose recording has no map: always the same grid."""
+
+    grid: OccupancyGrid
+
+    def latest(self) -> OccupancyGrid:
+        return self.grid
 
 
 class RecordingMap:

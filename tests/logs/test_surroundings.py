@@ -1,38 +1,33 @@
+"""Where the robot can stand, from a recording that holds no navigation map."""
+
 from __future__ import annotations
+
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from drivers.ports import LidarCloud
-from drivers.ros_clouds import cloud_message
-from drivers.ros_convert import grid_message, transforms_message
-from logs.frames import RecordingError
-from logs.surroundings import lidar_clouds, navigation_map
-from openbelief.pose import transform
-from openbelief.traversability import OccupancyGrid
+from logs.frame_plan import RecordingError
+from logs.surroundings import grid_from_what_was_seen
+from openbelief.traversability import FREE, OCCUPIED
+from sim_fakes.recording_ports import RecordingPorts
+from sim_fakes.sim_clock import SimClock
+
+KITCHEN = Path(__file__).resolve().parents[2].parent / "shared" / "recordings" / "kitchen.mcap"
 
 
-def test_the_newest_map_is_read_and_its_absence_named(make_walk, tmp_path):
-    walk = make_walk(1)
-    with pytest.raises(RecordingError, match="holds no navigation map on /map"):
-        navigation_map(walk.write(tmp_path / "none.mcap"))
-    for at, value in ((1, 0), (2, 100)):
-        grid = OccupancyGrid(np.full((3, 4), value, np.int8), 0.05, (-1.0, 2.0), at)
-        walk.messages.append(("/map", at, grid_message(grid)))
-    newest = navigation_map(walk.write(tmp_path / "walk.mcap"))
-    assert newest.cells.shape == (3, 4) and (newest.cells == 100).all() and newest.origin_xy == (-1.0, 2.0)
+@pytest.mark.recordings
+def test_a_real_recording_without_a_map_gets_one_from_its_depth_and_the_table_is_in_the_way():
+    if not KITCHEN.exists():
+        pytest.skip(f"{KITCHEN.name} is not beside the checkout")
+    grid = RecordingPorts(KITCHEN).map(SimClock(0)).latest()
+    table_xy = np.array([1.84, 0.59])  # kitchen.truth.json: a mug stands on it there
+    assert grid.at(table_xy) == OCCUPIED
+    assert (grid.cells == FREE).sum() * grid.resolution_m**2 > 1.0
 
 
-def test_clouds_come_posed_and_those_without_a_transform_do_not_come(make_walk, tmp_path):
+def test_a_recording_that_saw_nothing_is_refused_by_name(make_walk, tmp_path):
     walk = make_walk(2)
-    upside_down = transform([0, 0, 1.27], [1, 0, 0, 0])
-    walk.messages.append(("/tf_static", 1, transforms_message(1, [("base_link", "livox_frame", upside_down)])))
-    points = np.array([[1.0, 0.0, 0.5]], np.float32)
-    inside, outside = walk.stamps[1], walk.stamps[1] + 10**10
-    walk.messages += [
-        ("/livox/lidar", s, cloud_message(LidarCloud(s, points, "livox_frame"))) for s in (inside, outside)
-    ]
-    [(cloud, T_map_lidar)] = lidar_clouds(walk.write(tmp_path / "walk.mcap"))
-    assert cloud.stamp_ns == inside
-    np.testing.assert_allclose(T_map_lidar[:3, 3], [0, 0.5 * (inside - 1_000_000_000) / 1e9, 1.27], atol=1e-9)
-    np.testing.assert_allclose(T_map_lidar[2, 2], -1, atol=1e-9)
+    walk.messages = [message for message in walk.messages if "depth" not in message[0]]
+    with pytest.raises(RecordingError, match="holds no depth topic"):
+        grid_from_what_was_seen(walk.write(tmp_path / "blind.mcap"))

@@ -102,7 +102,8 @@ def test_a_fence_that_is_never_seen_is_an_error_not_a_hang():
         open_router() as one,
         open_router() as other,
         SimBridge(one) as bridge,
-        ZenohLink(LinkConfig((other,))) as link,pytest.raises(RuntimeError, match="has not seen fence")
+        ZenohLink(LinkConfig((other,))) as link,
+        pytest.raises(RuntimeError, match="has not seen fence"),
     ):
         Fence(bridge, link, timeout_s=0.4).wait()
 
