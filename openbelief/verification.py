@@ -61,11 +61,14 @@ class ArrivalChecks:
 
 @dataclass(frozen=True, slots=True)
 class _Match:
-    """A local mask, how much it is like the query, and, once looked at, how much of it is at the stored place."""
+    """A local mask, how much it is like the query, and, once looked at, how much of it is at the stored place.
+
+    overlap: None where the mask has too little depth to say.
+    """
 
     mask: Mask
     similarity: float
-    overlap: float = 0.0
+    overlap: float | None = None
 
     @property
     def name(self) -> str:
@@ -99,7 +102,7 @@ def verify(
     strongest = max(matches, key=lambda match: (match.similarity, -match.mask.index), default=None)
     matching = [match for match in matches if match.similarity > tau_q]
     placed = [replace(m, overlap=_overlap(points, m.mask, frame, parameters, pose_error_m)) for m in matching]
-    nearest = max(placed, key=lambda match: (match.overlap, -match.mask.index), default=None)
+    nearest = max(placed, key=_placed_best, default=None)
 
     verdict, reason = _decide(shown, strongest, nearest, tau_q, parameters)
     best = nearest or strongest
@@ -115,6 +118,11 @@ def verify(
         pose_error_m=pose_error_m,
         best_mask=best.mask.index if best else None,
     )
+
+
+def _placed_best(match: _Match) -> tuple[bool, float, int]:
+    """What could be located before what could not, then the larger overlap, then the lower index."""
+    return match.overlap is not None, match.overlap or 0.0, -match.mask.index
 
 
 def semantic_threshold(text_encoder: TextEncoder | None, parameters: Parameters) -> float:
@@ -169,11 +177,11 @@ def _fused(visual: float | None, language: float | None, weight: float) -> float
     return weight * visual + (1 - weight) * language
 
 
-def _overlap(points: Array, mask: Mask, frame: RgbdFrame, parameters: Parameters, pose_error_m: float) -> float:
-    """Omega at r_arr = r + pose error, of the mask's voxels and P_i; 0 where the mask has too few points to say."""
+def _overlap(points: Array, mask: Mask, frame: RgbdFrame, parameters: Parameters, pose_error_m: float) -> float | None:
+    """Omega at r_arr = r + pose error, of the mask's voxels and P_i; None where too few pixels have depth to say."""
     seen = backproject(mask.pixels, frame, parameters)
     if len(seen) < parameters.min_points:
-        return 0.0
+        return None
     return overlap(snap(seen, parameters.voxel_m), points, parameters.radius_m + pose_error_m)
 
 
@@ -192,6 +200,8 @@ def _decide(
             f"({strongest.similarity:.2f}, needs more than {tau_q:.2f}){_seen_through(shown)}.",
         )
     matches = f"{nearest.name} matches ({nearest.similarity:.2f})"
+    if nearest.overlap is None:
+        return Verdict.NOT_AT_STORED_PLACE, f"{matches} but has too little depth to say where it stands."
     if nearest.overlap < parameters.tau_arr:
         return (
             Verdict.NOT_AT_STORED_PLACE,

@@ -35,7 +35,7 @@ def run_onboard(config: Config, stop: threading.Event, tell: Callable[[str], Non
         link = _connected(link_config, stop, tell, opened)
         if link is None:
             return
-        guard = WatchdogGuard(link, BridgeKeys(config.zenoh.namespace))
+        guard = WatchdogGuard(link, BridgeKeys(config.zenoh.namespace), distribution=config.zenoh.distribution)
         guard.start()
         tell(f"The watchdog watches through {config.zenoh.endpoint}.")
         if publisher := _publisher(config, link, clock, opened):

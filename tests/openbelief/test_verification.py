@@ -137,7 +137,9 @@ def test_a_mask_with_hardly_any_depth_is_nowhere() -> None:
     depth[16:32, HERE] = np.nan
     depth[16, 24:30] = 2.0
     points = np.concatenate((stored(), stored((-1.2, -0.4))))  # enough of it is seen elsewhere
-    assert check([mask(0, HERE)], depth=depth, points=points).overlap == 0.0
+    checks = check([mask(0, HERE)], depth=depth, points=points)
+    assert checks.verdict is Verdict.NOT_AT_STORED_PLACE and checks.overlap is None
+    assert "too little depth to say where it stands" in checks.reason
 
 
 def test_a_pose_error_widens_the_place() -> None:
