@@ -182,13 +182,16 @@ class SimNav2Server:
     # Driving
 
     def _accept(self, goal: ServedGoal) -> None:
-        """A new goal replaces the one under way, which ends as aborted with code 0."""
-        for other in self._goals.values():
-            if other.status in action.ACTIVE:
-                self._end(other, action.ABORTED)
+        """A new goal replaces the one under way, which then ends as aborted with code 0.
+
+        As in Nav2 the status tells of the new goal before the old one's result is given.
+        """
+        replaced = [other for other in self._goals.values() if other.status in action.ACTIVE]
         self._goals[goal.uuid] = goal
         self.accepted += 1
         self._publish_status()
+        for other in replaced:
+            self._end(other, action.ABORTED)
         if goal.pose is not None and not self.faults.stuck:
             try:
                 goal.path = self._path(goal.pose)
