@@ -13,6 +13,7 @@ import sys
 import time
 from typing import TYPE_CHECKING, Any
 
+from robot_app.benches.duration import seconds
 from robot_app.cli import Failure, print_json
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ POLL_S = 0.1
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--seconds", type=_seconds, default=30.0, help="how long the emulated lidar sends (default 30)")
+    parser.add_argument("--seconds", type=seconds, default=30.0, help="how long the emulated lidar sends (default 30)")
 
 
 def run(options: argparse.Namespace) -> None:
@@ -101,13 +102,3 @@ def _table(result: dict[str, Any]) -> str:
             f"receive buffer granted: {result['receive_buffer_bytes']} bytes",
         ]
     )
-
-
-def _seconds(text: str) -> float:
-    try:
-        seconds = float(text)
-    except ValueError:
-        seconds = 0.0
-    if not 1.0 <= seconds <= 3600.0:
-        raise argparse.ArgumentTypeError(f"seconds must be a number from 1 to 3600, got '{text}'")
-    return seconds

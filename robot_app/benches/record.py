@@ -18,6 +18,7 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from robot_app.benches.duration import seconds
 from robot_app.cli import Failure, print_json
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ KEPT_AS = {"/camera/color/image_raw": "/camera/color/image_raw/compressed"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--seconds", type=_seconds, default=60.0, help="how long the sources send (default 60)")
+    parser.add_argument("--seconds", type=seconds, default=60.0, help="how long the sources send (default 60)")
     parser.add_argument(
         "--folder", type=Path, metavar="DIR", help="the disk to measure (default: the temporary folder)"
     )
@@ -143,13 +144,3 @@ def table(result: dict[str, Any]) -> str:
             f"the sources were late by {result['sources_behind_s']:.2f} s at worst",
         ]
     )
-
-
-def _seconds(text: str) -> float:
-    try:
-        seconds = float(text)
-    except ValueError:
-        seconds = 0.0
-    if not 1.0 <= seconds <= 3600.0:
-        raise argparse.ArgumentTypeError(f"seconds must be a number from 1 to 3600, got '{text}'")
-    return seconds
