@@ -1,4 +1,4 @@
-"""CLIP through onnxruntime: any open_clip architecture that scripts/export/open_clip.py wrote; MobileCLIP2-S4 first.
+"""CLIP through onnxruntime: any open_clip architecture that scripts/export/clip.py wrote; MobileCLIP2-S4 first.
 
 clip = Clip(Path("models/mobileclip2-s4"))
 clip.text.encode(["red chair"]) @ clip.images.encode([color]).T
@@ -45,7 +45,7 @@ class ClipTextEncoder:
         self.id = text_space(folder)
         self.dim = int(folder.about["dim"])
         self._tokens = PromptTokens(folder.file("tokenizer.json"), folder.about["cleaning"])
-        self._session = folder.session("text")
+        self._network = folder.network("text")
         self._known: dict[str, Array] = {}
 
     def encode(self, texts: Sequence[str]) -> Array:
@@ -59,7 +59,7 @@ class ClipTextEncoder:
     def _embed(self, texts: list[str]) -> Array:
         prompts = [template.replace("{}", text) for text in texts for template in TEMPLATES]
         ids, _ = self._tokens(prompts)
-        rows = normalize(self._session.run(None, {"input_ids": ids})[0].astype(np.float64))
+        rows = normalize(self._network.run({"input_ids": ids})[0].astype(np.float64))
         return normalize(rows.reshape(len(texts), len(TEMPLATES), self.dim).mean(axis=1))
 
 
@@ -71,7 +71,7 @@ class ClipImageEncoder:
         self.dim = int(folder.about["dim"])
         self.text_space: str | None = text_space(folder)
         self._transform = PictureTransform.from_dict(folder.about["picture"])
-        self._session = folder.session("image")
+        self._network = folder.network("image")
 
     def encode(self, images: Sequence[Array]) -> Array:
         """(n, dim) float32 unit rows of n RGB pictures, (h, w, 3) uint8."""
@@ -81,7 +81,7 @@ class ClipImageEncoder:
 
     def _embed(self, images: Sequence[Array]) -> Array:
         pixels = np.stack([self._transform(image) for image in images])
-        return normalize(self._session.run(None, {"pixel_values": pixels})[0].astype(np.float64))
+        return normalize(self._network.run({"pixel_values": pixels})[0].astype(np.float64))
 
 
 def text_space(folder: ModelFolder) -> str:

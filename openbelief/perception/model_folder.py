@@ -10,10 +10,9 @@ import json
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    import onnxruntime
+from openbelief.perception.onnx_session import ModelFileError, OnnxModel, Provider
 
 FORMAT = "openbelief.model/1"
 MANIFEST = "model.json"
@@ -76,8 +75,8 @@ class ModelFolder:
                 )
         return path
 
-    def session(self, name: str) -> onnxruntime.InferenceSession:
-        """The network NAME.onnx, its weights checked too, on the device; raises ModelFolderError."""
+    def network(self, name: str) -> OnnxModel:
+        """NAME.onnx, its weights checked too, on the device; raises ModelFolderError."""
         import onnxruntime
 
         graph = self.file(f"{name}.onnx")
@@ -85,15 +84,15 @@ class ModelFolder:
             self.file(weights)
         provider = DEVICES[self._device(onnxruntime.get_available_providers())]
         options = {"trt_engine_cache_enable": True, "trt_engine_cache_path": str(self.path / "tensorrt")}
-        providers: list[Any] = [(provider, options)] if provider == DEVICES["tensorrt"] else [provider]
-        providers += [] if provider == DEVICES["cpu"] else [DEVICES["cpu"]]  # for what the device has no kernel for
+        first: Provider = (provider, options) if provider == DEVICES["tensorrt"] else provider
+        rest = [] if provider == DEVICES["cpu"] else [DEVICES["cpu"]]  # for what the device has no kernel for
         try:
-            session = onnxruntime.InferenceSession(str(graph), providers=providers)
-        except Exception as error:  # onnxruntime's exceptions have no common base class
-            raise ModelFolderError(f"{graph} cannot be loaded: {str(error).splitlines()[0]}") from error
-        if session.get_providers()[0] != provider:  # onnxruntime falls back to the CPU with a log line only
+            network = OnnxModel(graph, providers=[first, *rest])
+        except ModelFileError as error:
+            raise ModelFolderError(str(error)) from error
+        if network.providers[0] != provider:  # onnxruntime falls back to the CPU with a log line only
             raise ModelFolderError(f"{graph} cannot run on {self.device}: the driver or its libraries are missing.")
-        return session
+        return network
 
     def _device(self, available: list[str]) -> str:
         if self.device == "auto":

@@ -24,6 +24,7 @@ PROVIDERS = ("CUDAExecutionProvider", "CPUExecutionProvider")
 TENSORRT = ("TensorrtExecutionProvider", *PROVIDERS)
 
 Shape: TypeAlias = tuple[int | None, ...]  # None = any size
+Provider: TypeAlias = str | tuple[str, Mapping[str, Any]]  # with options for it
 DTYPES = {
     "tensor(float)": np.float32,
     "tensor(float16)": np.float16,
@@ -56,7 +57,7 @@ class OnnxModel:
         *,
         inputs: Mapping[str, Shape] | None = None,
         outputs: Mapping[str, Shape] | None = None,
-        providers: Sequence[str] = PROVIDERS,
+        providers: Sequence[Provider] = PROVIDERS,
         threads: int | None = None,
     ) -> None:
         self.path = Path(path)
@@ -87,13 +88,14 @@ class OnnxModel:
         return self._dtypes[name]
 
     def run(self, feeds: Mapping[str, Array], outputs: Sequence[str] | None = None) -> list[Array]:
-        """The named outputs, or all in their order. Feeds are cast to what the network declares (float16 exports).
+        """The named outputs, or all in their order. Feeds are cast to what the network declares; half precision comes
+        back as float32, so that nobody computes on in it.
 
         Raises BadModelOutput naming the file where the run itself fails.
         """
         typed = {name: np.asarray(array, dtype=self._dtypes[name]) for name, array in feeds.items()}
         try:
-            return list(self._session.run(None if outputs is None else list(outputs), typed))
+            return [_widened(array) for array in self._session.run(None if outputs is None else list(outputs), typed)]
         except _failures() as error:
             raise BadModelOutput(f"{self.path} failed while it ran: {printable(str(error), 300)}.") from error
 
@@ -122,7 +124,7 @@ def content_hash(path: Path) -> str:
     return digest.hexdigest()
 
 
-def _opened(path: Path, providers: Sequence[str], threads: int | None) -> onnxruntime.InferenceSession:
+def _opened(path: Path, providers: Sequence[Provider], threads: int | None) -> onnxruntime.InferenceSession:
     import onnxruntime
 
     _require_model_file(path)
@@ -131,7 +133,8 @@ def _opened(path: Path, providers: Sequence[str], threads: int | None) -> onnxru
     options.intra_op_num_threads = threads or os.cpu_count() or 1
     # Idle threads of one network would otherwise take the cores from the next one's.
     options.add_session_config_entry("session.intra_op.allow_spinning", "0")
-    usable = [name for name in providers if name in onnxruntime.get_available_providers()]
+    available = onnxruntime.get_available_providers()
+    usable = [each for each in providers if (each if isinstance(each, str) else each[0]) in available]
     try:
         return onnxruntime.InferenceSession(os.fspath(path), options, providers=usable or ["CPUExecutionProvider"])
     except _failures() as error:
@@ -160,6 +163,10 @@ def _failures() -> tuple[type[Exception], ...]:
 
     kinds = (value for value in vars(state).values() if isinstance(value, type) and issubclass(value, Exception))
     return (*kinds, ValueError, RuntimeError)
+
+
+def _widened(array: Array) -> Array:
+    return array.astype(np.float32) if array.dtype == np.float16 else array
 
 
 def _reason(error: Exception, path: Path) -> str:

@@ -40,7 +40,7 @@ class Sam3Segmenter:
         self.id = f"sam3:{model.id} score>{SCORE_THRESHOLD}"
         self._transform = PictureTransform.from_dict(model.about["picture"])
         self._tokens = PromptTokens(model.file("tokenizer.json"), model.about["cleaning"])
-        self._vision, self._text, self._decoder = (model.session(name) for name in ("vision", "text", "decoder"))
+        self._vision, self._text, self._decoder = (model.network(name) for name in ("vision", "text", "decoder"))
 
     def segment(self, frame: RgbdFrame, phrases: Sequence[str]) -> list[Segment]:
         """Every instance of every phrase, in the order of the phrases; the image is encoded once."""
@@ -57,19 +57,19 @@ class Sam3Segmenter:
 
     def encode_image(self, color: Array) -> list[Array]:
         """The three feature maps, finest first."""
-        return list(self._vision.run(None, {"pixel_values": self._transform(color)[None]}))
+        return list(self._vision.run({"pixel_values": self._transform(color)[None]}))
 
     def encode_prompts(self, phrases: Sequence[str]) -> dict[str, Array]:
         """`text_features` (n, length, d) and `attention_mask` (n, length) for the decoder."""
         ids, mask = self._tokens(phrases)
-        features = self._text.run(None, {"input_ids": ids, "attention_mask": mask})[0]
+        features = self._text.run({"input_ids": ids, "attention_mask": mask})[0]
         return {"text_features": features, "attention_mask": mask}
 
     def _decode(self, maps: dict[str, Array], phrases: Sequence[str]) -> Iterator[tuple[Array, ...]]:
         """(logits (q,), presence (1,), boxes (q, 4), masks (q, h, w)) of each phrase."""
         for start in range(0, len(phrases), PROMPTS_AT_ONCE):
             prompts = self.encode_prompts(phrases[start : start + PROMPTS_AT_ONCE])
-            yield from zip(*self._decoder.run(None, {**maps, **prompts}), strict=True)
+            yield from zip(*self._decoder.run({**maps, **prompts}), strict=True)
 
 
 def instances(logits: Array, presence: Array, boxes: Array, masks: Array, *, size: tuple[int, int]) -> list[Instance]:

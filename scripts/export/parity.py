@@ -157,11 +157,11 @@ def sam3_differences(model: Any, processor: Any, ours: Sam3Segmenter, photo: np.
             model(pixel_values=want["pixel_values"], input_ids=ids[None], attention_mask=mask[None])
             for ids, mask in zip(want["input_ids"], want["attention_mask"], strict=True)
         ]
-    maps = ours._vision.run(None, {"pixel_values": pixels})
+    maps = ours._vision.run({"pixel_values": pixels})
     yield "image features", max(largest(a, b.numpy()) for a, b in zip(maps, vision.fpn_hidden_states, strict=False))
     prompts = ours.encode_prompts(PROMPTS)
     yield "prompt features", largest(prompts["text_features"], texts)
-    raw = ours._decoder.run(None, {**dict(zip(("map_0", "map_1", "map_2"), maps, strict=True)), **prompts})
+    raw = ours._decoder.run({**dict(zip(("map_0", "map_1", "map_2"), maps, strict=True)), **prompts})
     for what, got, key in zip(
         ("logits", "presence", "boxes", "mask logits"),
         raw,
