@@ -21,7 +21,7 @@ from drivers.ports import (
     PortError,
     PoseSource,
 )
-from drivers.ros_action import ActionClient
+from drivers.ros_action import ActionClient, Answer
 from drivers.ros_convert import pose_message
 from drivers.ros_messages import Message
 from drivers.ros_shapes import AUTO, shapes_of
@@ -36,7 +36,7 @@ STILL_MOVING = "The robot may still be moving: use the remote."
 class Nav2Limits:
     """Seconds. Time-outs of queries are wall time, everything else is the clock's."""
 
-    send_s: float = 1.0  # twice
+    send_s: float = 1.0  # twice, a goal as a question for a path
     plan_s: float = 5.0
     result_poll_s: float = 2.0  # a get_result waits at the server; it is asked again when it ends without an answer
     result_ask_s: float = 0.5  # once the status says that the goal has ended
@@ -93,8 +93,9 @@ class Nav2Bridge:
 
     def plan(self, goal: Pose2) -> PathPlan:
         """Raises LinkLost or PortError where the planner makes no statement on the path."""
-        uuid = self._new_uuid()
-        taken = self._planner.send_goal(uuid, self._limits.send_s, goal=pose_message(goal))
+        uuid, taken = self._ask_planner(goal)
+        if taken.message is None:  # a question or its answer was lost; planning moves nothing, so it is asked anew
+            uuid, taken = self._ask_planner(goal)
         if taken.message is None:
             raise LinkLost(f"Nav2's planner does not answer: {taken.why}.")
         if not taken.message.accepted:
@@ -136,6 +137,10 @@ class Nav2Bridge:
         if track.end is None:
             track.end = self._cancel(track, because)
         return track.end
+
+    def _ask_planner(self, goal: Pose2) -> tuple[bytes, Answer]:
+        uuid = self._new_uuid()
+        return uuid, self._planner.send_goal(uuid, self._limits.send_s, goal=pose_message(goal))
 
     # Sending
 

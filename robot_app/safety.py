@@ -17,6 +17,9 @@ from robot_app.app import Robot
 from robot_app.config import Config
 
 ARMED_S = 2.0
+FIRST_DATA_S = 5.0  # a battery's state comes once a second or less
+LOOK_S = 0.05
+ARRIVING = {"pose", "camera", "cloud", "battery unknown"}  # conditions that the first message mends
 
 
 @dataclass(frozen=True)
@@ -30,7 +33,7 @@ class Watch:
 
 @contextmanager
 def watched(config: Config, robot: Robot, memory: ObjectMemory) -> Iterator[Watch]:
-    """Beats as long as missions may run; the supervisor is asked by them."""
+    """Beats as long as missions may run; the supervisor is asked by them, once what it judges by has arrived."""
     wire = robot.site.wires[config.ports.navigator]
     watchdog = WatchdogView(wire.link, wire.keys)
     watchdog.start()
@@ -50,14 +53,27 @@ def watched(config: Config, robot: Robot, memory: ObjectMemory) -> Iterator[Watc
     with Heartbeat(wire.link, wire.keys) as heartbeat:
         if needed:
             _await_armed(watchdog)
-        yield Watch(Supervision(sources, config.safety), heartbeat, watchdog)
+        safety = Supervision(sources, config.safety)
+        _await_first_data(robot, safety)
+        yield Watch(safety, heartbeat, watchdog)
 
 
 def _await_armed(watchdog: WatchdogView) -> None:
     """Give the first beat and the watchdog's word on it a moment; what is wrong then, the supervisor says."""
     end_s = time.monotonic() + ARMED_S
     while watchdog.trouble() and time.monotonic() < end_s:
-        time.sleep(0.05)
+        time.sleep(LOOK_S)
+
+
+def _await_first_data(robot: Robot, safety: Safety) -> None:
+    """Give Nav2's signs and each sensor's first message a moment; what is missing then, the mission says."""
+    give_up_s = time.monotonic() + FIRST_DATA_S  # asking Nav2 takes wall time, whatever clock the robot has
+    for _ in range(round(FIRST_DATA_S / LOOK_S)):
+        if safety.verdict(None).condition not in ARRIVING and robot.navigator.unavailable() is None:
+            return
+        if time.monotonic() > give_up_s:
+            return
+        robot.clock.sleep(LOOK_S)
 
 
 def _link_trouble(link: ZenohLink) -> Callable[[], str | None]:

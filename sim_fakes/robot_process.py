@@ -19,6 +19,7 @@ import sys
 import threading
 from contextlib import ExitStack
 
+import scipy.sparse.csgraph  # noqa: F401 - the planner's first path would load it while a question waits
 import zenoh
 
 from drivers.clock import SystemClock

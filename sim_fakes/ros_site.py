@@ -68,7 +68,7 @@ class RosSite:
 
     def start(self, link: ZenohLink, ready: Callable[[], bool] = lambda: True, timeout_s: float = 2.0) -> None:
         """Begin to publish and to serve, fenced to the driver's link; returns once `ready` (simulated time passes)."""
-        Fence(self.bridge, link)
+        Fence(self.bridge, link).wait()  # or the first samples would come before the driver's subscriptions are known
         self.nav2.start()
         self.topics.start()
         for _ in range(round(timeout_s / 0.05)):

@@ -16,42 +16,63 @@ from typing import Any
 import open_clip
 import torch
 from clip_vocabulary import clip_tokenizer
-from model_folder import empty_folder, finish, scatter, to_onnx, weights_sha256
+from model_folder import empty_folder, finish, halve, scatter, to_onnx, weights_sha256
 from timm.utils import reparameterize_model
 from tokenizers import Tokenizer
 from torch import Tensor, nn
 from torchvision import transforms
 
-PRECISIONS = {"fp32": torch.float32, "fp16": torch.float16}
+PRECISIONS = ("fp32", "fp16")
 
 
 class Encoder(nn.Module):
-    """`encode` of the model in its precision; float32 unit rows out."""
+    """`encode` of the model; unit rows out."""
 
-    def __init__(self, model: nn.Module, modality: str, precision: torch.dtype) -> None:
+    def __init__(self, model: nn.Module, modality: str) -> None:
         super().__init__()
-        self.model, self.modality, self.precision = model, modality, precision
+        self.encode = getattr(model, f"encode_{modality}")
+        self.model = model
 
     def forward(self, value: Tensor) -> Tensor:
-        if self.modality == "image":
-            rows = self.model.encode_image(value.to(self.precision))
-        else:
-            rows = self.model.encode_text(value)
-        return nn.functional.normalize(rows.float(), dim=-1)
+        return nn.functional.normalize(self.encode(value), dim=-1)
 
 
 def random_model(architecture: str, seed: int) -> tuple[nn.Module, Any]:
     """The real architecture at random weights, and its pre-processing."""
     torch.manual_seed(seed)
     model, _, transform = open_clip.create_model_and_transforms(architecture, pretrained_hf=False)
-    settle(model.eval())
+    settle(model.eval(), picture(transform)["size"], context_length(architecture))
     return model, transform
 
 
-def settle(model: nn.Module) -> None:
-    """Weights whose outputs differ: as initialised, MobileCLIP2 gives every picture the same row (cosine 0.999998)."""
+def settle(model: nn.Module, size: int, length: int) -> None:
+    """Random weights as well-conditioned as trained ones: rows that differ from input to input, numbers of moderate
+    size in between.
+
+    As initialised, MobileCLIP2 gives every picture the same row (cosine 0.999998): its residual branches are scaled by
+    1e-5. With those scattered like all weights, its activations double from block to block, to 1e13 in S4's 46, because
+    batch normalisation with the mean 0 and variance 1 that it begins with normalises nothing. So its statistics are
+    taken from a batch, as training would have.
+    """
     scatter(model.visual)
     scatter(model.text if hasattr(model, "text") else model.transformer, gain=0.7)
+    norms = [module for module in model.modules() if isinstance(module, nn.modules.batchnorm._BatchNorm)]
+    if not norms:
+        return
+    for norm in norms:
+        norm.reset_running_stats()
+        norm.momentum = None  # the batch's own mean and variance, not a tenth of them
+        norm.train()
+    with torch.no_grad():
+        model.encode_image(clouds(size))
+        model.encode_text(torch.randint(1, 1000, (8, length)))
+    model.eval()
+
+
+def clouds(size: int, count: int = 6) -> Tensor:
+    """(count, 3, size, size) of random blots, coarse to fine, about as bright and varied as normalised pictures."""
+    grains = [torch.randn(count, 3, n, n) for n in (4, 16, 64)]
+    return sum(nn.functional.interpolate(grain, size=(size, size), mode="bilinear") for grain in grains) / 2
 
 
 def export(
@@ -67,12 +88,13 @@ def export(
     picture_about = picture(transform)
     length = context_length(architecture)
     digest = weights_sha256(model)
-    lean = reparameterize_model(copy.deepcopy(model)).eval().to(PRECISIONS[precision])
+    lean = reparameterize_model(copy.deepcopy(model)).eval()
     image = torch.zeros((3, 3, picture_about["size"], picture_about["size"]))  # 3: no other axis is taken for n
     ids = torch.ones((3, length), dtype=torch.long)
-    encoders = {modality: Encoder(lean, modality, PRECISIONS[precision]) for modality in ("image", "text")}
     for name, key, example in (("image", "pixel_values", image), ("text", "input_ids", ids)):
-        to_onnx(encoders[name], {key: example}, ["rows"], folder / f"{name}.onnx", batched=(key,))
+        to_onnx(Encoder(lean, name), {key: example}, ["rows"], folder / f"{name}.onnx", batched=(key,))
+        if precision == "fp16":
+            halve(folder / f"{name}.onnx")
     tokenizer.save(str(folder / "tokenizer.json"), pretty=False)
     finish(
         folder,

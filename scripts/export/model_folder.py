@@ -11,10 +11,13 @@ from typing import Any
 
 import onnx
 import torch
+from onnxruntime.transformers import float16
 from torch import Tensor, nn
 
 FORMAT = "openbelief.model/1"
 EXTERNAL_FROM_BYTES = 1 << 30  # a protobuf holds 2 GB at most
+IN_FLOAT32 = ("ReduceL2",)  # the length of a row: its squares may not fit
+
 
 
 def to_onnx(
@@ -50,6 +53,26 @@ def without_traces(path: Path) -> None:
         value.doc_string = ""
     del model.graph.value_info[:]
     onnx.save(model, path)
+
+
+def halve(path: Path) -> None:
+    """float32 weights and sums to float16 in place; inputs, outputs and IN_FLOAT32 stay.
+
+    Of the finished graph: torch 2.14.1 ends with a segmentation fault where it exports a float16 network on a CPU.
+    """
+    model = float16.convert_float_to_float16(
+        str(path), keep_io_types=True, op_block_list=[*float16.DEFAULT_OP_BLOCK_LIST, *IN_FLOAT32]
+    )
+    for left in (path, path.with_name(f"{path.name}.data")):
+        left.unlink(missing_ok=True)
+    del model.graph.value_info[:]
+    save(model, path)
+
+
+def save(model: onnx.ModelProto, path: Path) -> None:
+    """Weights beside it where a protobuf cannot hold them."""
+    large = model.ByteSize() > EXTERNAL_FROM_BYTES
+    onnx.save(model, path, save_as_external_data=large, location=f"{path.name}.data")
 
 
 def weights_sha256(network: nn.Module) -> str:

@@ -75,7 +75,7 @@ def test_a_silent_link_never_hangs_a_plan_or_a_cancel(make_rig, silent_wire):
     with pytest.raises(LinkLost):
         rig.nav.plan(GOAL)
     assert rig.nav.cancel(because="the operator said stop").status == NavigationStatus.STILL_MOVING
-    assert time.monotonic() - started < 3.0
+    assert time.monotonic() - started < 10.0  # every question has its time-out
     wires[0].cut()
 
 
@@ -86,6 +86,12 @@ def test_an_empty_reply_is_no_statement_on_the_path(rig):
     rig.site.nav2_faults.empty["plan"] = ALWAYS
     with pytest.raises(LinkLost, match="nobody answered"):
         rig.nav.plan(GOAL)
+
+
+@pytest.mark.parametrize("fault", ["lost", "empty", "garbage"])
+def test_a_plan_whose_answer_was_lost_once_is_asked_for_again(rig, fault):
+    getattr(rig.site.nav2_faults, fault)["plan"] = 1
+    assert rig.nav.plan(GOAL).length_m > 1.0
 
 
 @pytest.mark.parametrize("fault", ["lost", "empty", "garbage"])

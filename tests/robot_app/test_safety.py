@@ -12,7 +12,7 @@ import pytest
 import robot_app.safety
 from behaviors.supervisor import SafetyPolicy
 from drivers.bridge_keys import BridgeKeys
-from drivers.ports import Reaction
+from drivers.ports import Charge, Reaction, StaleData
 from drivers.watchdog import State
 from drivers.watchdog_guard import WatchdogGuard
 from drivers.zenoh_link import LinkConfig, ZenohLink, open_router
@@ -20,7 +20,7 @@ from openbelief.pose import Pose2
 from openbelief.traversability import OccupancyGrid
 from robot_app.app import Wire
 from robot_app.config import Config, ConfigError, Ports, Topics, dump_config, load_config
-from robot_app.safety import watched
+from robot_app.safety import FIRST_DATA_S, watched
 from sim_fakes.sim_clock import SimClock
 
 
@@ -53,6 +53,7 @@ def robot(monkeypatch):
             camera=None,
             lidar=None,
             battery=None,
+            navigator=SimpleNamespace(unavailable=lambda: None),
             site=SimpleNamespace(wires={word: Wire(ours, BridgeKeys(), Topics()) for word in ("ros", "sim")}),
             guard=WatchdogGuard(far),
         )
@@ -84,6 +85,27 @@ def test_over_ros_no_mission_begins_without_a_watchdog_that_hears_us(robot, tmp_
 def test_a_simulated_robot_or_a_site_that_says_so_needs_none(robot, tmp_path, navigator, watchdog):
     with watched(config(tmp_path, navigator, watchdog=watchdog), robot, empty_memory()) as watch:
         assert watch.safety.verdict(None).reaction is Reaction.GO
+
+
+def test_a_first_message_that_is_still_on_its_way_is_waited_for(robot, tmp_path):
+    def charge(max_age_s):
+        if robot.clock.now_ns() < 1_000_000_000:
+            raise StaleData("No battery state yet.")
+        return Charge(robot.clock.now_ns(), 0.9)
+
+    robot.battery = SimpleNamespace(latest=charge)
+    with watched(config(tmp_path, watchdog="off"), robot, empty_memory()) as watch:
+        assert watch.safety.verdict(None).reaction is Reaction.GO
+
+
+def test_what_does_not_come_is_waited_for_within_bounds_and_named(robot, tmp_path):
+    def no_charge(max_age_s):
+        raise StaleData("No battery state yet.")
+
+    robot.battery = SimpleNamespace(latest=no_charge)
+    with watched(config(tmp_path, watchdog="off"), robot, empty_memory()) as watch:
+        assert watch.safety.verdict(None).condition == "battery unknown"
+    assert robot.clock.now_ns() <= FIRST_DATA_S * 1e9
 
 
 def test_a_lost_link_is_a_verdict(robot, tmp_path):
