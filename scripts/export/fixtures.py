@@ -44,6 +44,12 @@ def small_photographs() -> list[np.ndarray]:
     return [cv2.resize(found[name], size) for name, size in zip(PHOTOS, sizes, strict=True)]
 
 
+def half_fixture(folder: Path) -> None:
+    """The same network in half precision; what to expect of it lies with the other."""
+    model, transform = small_clip()
+    clip_export.export("small-random", model, transform, clip_tokenizer(16, MERGES), folder, "fp16")
+
+
 def clip_fixture(folder: Path) -> None:
     model, transform = small_clip()
     clip_export.export("small-random", model, transform, clip_tokenizer(16, MERGES), folder)
@@ -114,7 +120,7 @@ def sam3_fixture(folder: Path) -> None:
 
 
 def main() -> None:
-    for name, make in {"clip": clip_fixture, "sam3": sam3_fixture}.items():
+    for name, make in {"clip": clip_fixture, "clip-fp16": half_fixture, "sam3": sam3_fixture}.items():
         shutil.rmtree(FIXTURES / name, ignore_errors=True)
         (FIXTURES / name).mkdir(parents=True)
         torch.set_num_threads(1)

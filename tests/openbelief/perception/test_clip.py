@@ -19,6 +19,7 @@ from openbelief.perception.ports import ImageEncoder, TextEncoder
 from openbelief.perception.prompt_tokens import PromptTokens
 
 FIXTURE = Path(__file__).parent / "fixtures" / "clip"
+HALF = FIXTURE.with_name("clip-fp16")  # the same weights in half precision
 
 
 @pytest.fixture(scope="module")
@@ -38,6 +39,30 @@ def photos(expected) -> list[np.ndarray]:
 
 def test_photographs_become_the_rows_that_open_clip_makes(clip, expected, photos):
     np.testing.assert_allclose(clip.images.encode(photos), expected["images"], atol=1e-5)
+
+
+def test_half_precision_stays_near_open_clip_for_pictures_and_texts(clip, expected, photos):
+    half = Clip(HALF, device="cpu")
+    prompts = [str(text) for text in expected["prompts"]]
+    for got, single, want in (
+        (half.images.encode(photos), clip.images.encode(photos), expected["images"]),
+        (half.text.encode(prompts), clip.text.encode(prompts), expected["prompt_rows"]),
+    ):
+        np.testing.assert_allclose(got, want, atol=3e-3)
+        assert (got * want).sum(axis=1).min() > 0.9999
+        assert np.abs(got - single).max() > 1e-5, "it is not in half precision"
+
+
+def test_half_precision_gives_the_same_rows_again_and_in_a_batch(photos):
+    half = Clip(HALF, device="cpu").images
+    first = half.encode(photos)
+    np.testing.assert_array_equal(half.encode(photos), first)
+    np.testing.assert_allclose(half.encode(photos * IMAGE_BATCH)[-3:], first, atol=3e-3)
+
+
+def test_a_memory_of_one_precision_is_not_asked_in_the_other(clip):
+    half = Clip(HALF, device="cpu")
+    assert half.text.id == clip.text.id.replace("-fp32", "-fp16") != clip.text.id
 
 
 def test_wide_tall_and_small_photographs_are_resized_and_cut_as_open_clip_does(clip, expected, photos):

@@ -44,9 +44,10 @@ def tensor(name: str, array: np.ndarray) -> bytes:
     return dims + field(2, 1) + field(8, name) + field(9, array.astype("<f4").tobytes())
 
 
-def value_info(name: str, shape: Sequence[int]) -> bytes:
+def value_info(name: str, shape: Sequence[int], kind: int = 1) -> bytes:
+    """kind: 1 = float32, 10 = float16."""
     dims = b"".join(field(1, field(1, size)) for size in shape)
-    return field(1, name) + field(2, field(1, field(1, 1) + field(2, dims)))
+    return field(1, name) + field(2, field(1, field(1, kind) + field(2, dims)))
 
 
 def yolo_graph(boxes: np.ndarray, metadata: dict[str, str]) -> bytes:
@@ -157,6 +158,16 @@ def test_another_network_than_the_one_asked_for_is_refused_by_name(write_yolo, t
         open_detector(tmp_path)
     with pytest.raises(ModelFileError, match=r"input 'picture' and has 'images'|'picture' and has 'images'"):
         OnnxModel(tmp_path / NANODET, inputs={"picture": ()})
+
+
+def test_half_precision_is_cast_on_the_way_in_and_widened_on_the_way_out(tmp_path):
+    graph = field(1, field(1, "x") + field(2, "y") + field(4, "Identity")) + field(2, "graph")
+    graph += field(11, value_info("x", (3,), 10)) + field(12, value_info("y", (3,), 10))
+    (tmp_path / "half.onnx").write_bytes(field(1, 8) + field(7, graph) + field(8, field(2, 13)))
+    model = OnnxModel(tmp_path / "half.onnx")
+    [y] = model.run({"x": np.array([0.1, 1.0, 2048.5])})
+    assert model.dtype("x") == np.float16 and y.dtype == np.float32
+    np.testing.assert_array_equal(y, np.array([0.1, 1.0, 2048.5], np.float16).astype(np.float32))
 
 
 def test_a_folder_with_several_segmenters_wants_one_named(write_yolo, tmp_path):
