@@ -43,6 +43,7 @@ $(PEER): requirements/ros-peer.txt
 	@touch $@
 
 # Exporting networks and comparing them with their reference implementations: torch, in a .venv of its own (6 GB).
+# Where it is, `make test` also asks a real model server (tests/robot_app/test_model_server.py).
 EXPORT := .venv-export/.ready
 export-venv: $(EXPORT)
 
@@ -61,7 +62,7 @@ $(EXPORT): requirements/export.txt
 pins: $(READY)
 	$(PY) -m pip install --quiet uv
 	for name in runtime dev; do $(PY) -m uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --no-annotate requirements/$$name.in -o requirements/$$name.txt; done
-	$(PY) -m uv pip compile --quiet --python-version 3.11 --generate-hashes --no-header --no-annotate requirements/ros-peer.in -o requirements/ros-peer.txt
+	for name in export ros-peer; do $(PY) -m uv pip compile --quiet --python-version 3.11 --generate-hashes --no-header --no-annotate requirements/$$name.in -o requirements/$$name.txt; done
 
 clean:
-	rm -rf .venv .venv-ros demo-out build *.egg-info
+	rm -rf .venv .venv-ros .venv-export demo-out build *.egg-info

@@ -95,15 +95,11 @@ def clip_rows(architecture: str, folder: Path) -> Iterator[Row]:
     for name, want in ((pictures, images), (words, sentences)):
         yield Row(architecture, f"{name}, cosine between two of them", spread(want), 0.999)
     for precision, clip in clips.items():
+        subject, limit = f"{architecture} {precision}", LIMITS[precision]
         got = {pictures: clip.images.encode(list(photos.values())), words: clip.text.encode(texts)}
         for name, want in ((pictures, images), (words, sentences)):
-            yield Row(f"{architecture} {precision}", name, largest(got[name], want), LIMITS[precision])
-            yield Row(
-                f"{architecture} {precision}",
-                f"{name}, 1 - cosine",
-                cosine_gap(got[name], want),
-                LIMITS[precision] / 10,
-            )
+            yield Row(subject, name, largest(got[name], want), limit)
+            yield Row(subject, f"{name}, 1 - cosine", cosine_gap(got[name], want), limit / 10)
 
 
 def reference_text(model: Any, ours: Clip, text: str) -> np.ndarray:
