@@ -1,4 +1,4 @@
-"""Optional: a real model server, `transformers serve`, with the paper's architecture (Qwen3-VL), tiny, at random weights.
+"""Optional: a real model server, `transformers serve`, with the paper's Qwen3-VL, tiny and at random weights.
 
 It runs in .venv-export (make export-venv) and reaches no network. What it says means nothing; that it is asked,
 answers, dies and comes back is real.
