@@ -52,22 +52,37 @@ def check_folder(folder: Path, device: str, threads: int | None) -> list[Checked
     if not files:
         raise Failure(f"There is no *.onnx in {folder}: see openbelief models list for where to get them.")
     facts = {file: facts for model in table().values() for file, facts in model.files.items()}
-    return [_check(path, facts.get(path.name) or _exported(path), device, threads) for path in files]
+    return [
+        _check(path, {path: facts[path.name]} if path.name in facts else _exported(path), device, threads)
+        for path in files
+    ]
 
 
-def _exported(path: Path) -> FileFacts | None:
-    """What model.json, which scripts/export writes, says of the file beside it; None where there is none."""
+def _exported(path: Path) -> dict[Path, FileFacts]:
+    """What model.json, which scripts/export writes, says of the file and of the weights beside a large one; {} where
+    there is none."""
     manifest = path.with_name("model.json")
     if not manifest.is_file():
-        return None
+        return {}
     try:
-        return FileFacts.model_validate(json.loads(manifest.read_text(encoding="utf-8"))["files"][path.name])
-    except (ValueError, KeyError, TypeError) as error:
+        files = json.loads(manifest.read_text(encoding="utf-8"))["files"]
+        names = [path.name, *({f"{path.name}.data"} & files.keys())]
+        return {path.with_name(name): FileFacts.model_validate(files[name]) for name in names}
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise Failure(f"{manifest} does not say what {path.name} should be: export the model again.") from error
 
 
-def _check(path: Path, expected: FileFacts | None, device: str, threads: int | None) -> Checked:
-    if expected is not None and (why := difference(path, expected)):
+def _wrong(path: Path, expected: dict[Path, FileFacts]) -> str | None:
+    """Why the network, or the weights beside it, are not what they should be."""
+    for file, facts in expected.items():
+        why = difference(file, facts) if file.is_file() else "is missing"
+        if why:
+            return why if file == path else f"cannot be used: {file.name} {why}"
+    return None
+
+
+def _check(path: Path, expected: dict[Path, FileFacts], device: str, threads: int | None) -> Checked:
+    if why := _wrong(path, expected):
         return Checked(str(path), wrong=why)
     try:
         before = _resident_mib()
@@ -83,7 +98,7 @@ def _check(path: Path, expected: FileFacts | None, device: str, threads: int | N
     return Checked(
         str(path),
         sha256=content_hash(path),
-        known=expected is not None and expected.sha256 is not None,
+        known=bool(expected) and all(facts.sha256 for facts in expected.values()),
         providers=model.providers,
         inputs=", ".join(f"{name} {list(feed.shape)}" for name, feed in feeds.items()),
         first_ms=first_ms,

@@ -1,7 +1,7 @@
 """Our runtime against the reference implementations, at random weights: what differs at most, and what may.
 
-    make parity                                       everything that fits ten minutes on a laptop
-    make parity ARCHITECTURES=MobileCLIP2-S4          another open_clip architecture
+    make parity                                       SAM 3, the paper's encoder and two free ones: ten minutes, 12 GB
+    make parity ARCHITECTURES=MobileCLIP2-S0          another open_clip architecture
 
 Exit status 1 where a difference is larger than its limit.
 """
@@ -33,9 +33,9 @@ from openbelief.perception.clip import TEMPLATES, Clip
 from openbelief.perception.prompt_tokens import PromptTokens
 from openbelief.perception.sam3 import Sam3Segmenter
 
-ARCHITECTURES = ("ViT-B-32", "MobileCLIP2-S0", "ViT-B-32-SigLIP2-256")
+ARCHITECTURES = ("MobileCLIP2-S4", "ViT-B-32", "ViT-B-32-SigLIP2-256")
 PROMPTS = ("red chair", "lamp", "fire extinguisher", "cup of tea", "astronaut", "cat")
-LIMITS = {"fp32": 1e-4, "fp16": 2e-2}  # of a row's numbers: another order of sums; half precision against single
+LIMITS = {"fp32": 1e-4, "fp16": 1e-2}  # of a row's numbers: another order of sums; half precision against single
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
+import shutil
 import threading
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -17,6 +19,7 @@ from robot_app.cli import Failure, main
 from robot_app.model_pull import pull
 from robot_app.model_table import LOCK, FileFacts, Lock, Model, table
 
+EXPORTED = Path(__file__).resolve().parents[1] / "openbelief" / "perception" / "fixtures"
 COMMIT = "c0ffee" * 6 + "c0ff"
 WEIGHTS = np.random.default_rng(0).bytes(300_000)
 HASH = hashlib.sha256(WEIGHTS).hexdigest()
@@ -210,6 +213,37 @@ def test_a_truncated_model_is_refused_by_name_and_the_others_still_run(tmp_path,
     assert "u2netp.onnx has 4000 bytes instead of 4574861: it is truncated" in out.err
     good = next(each for each in json.loads(out.out)["files"] if each["wrong"] is None)
     assert good["known"] and good["providers"][-1] == "CPUExecutionProvider" and good["again_ms"] > 0
+
+
+def test_exported_networks_run_once_in_either_precision(tmp_path, capsys):
+    for name in ("clip", "clip-fp16"):
+        shutil.copytree(EXPORTED / name, tmp_path / name)
+    assert main(["models", "check", "--folder", str(tmp_path), "--device", "cpu", "--json"]) == 0
+    files = json.loads(capsys.readouterr().out)["files"]
+    assert len(files) == 4 and all(each["known"] and each["again_ms"] > 0 for each in files)
+    assert {tuple(each["providers"]) for each in files} == {("CPUExecutionProvider",)}
+
+
+@pytest.mark.parametrize(
+    ("damage", "words"),
+    [
+        (lambda weights: weights.unlink(), r"image\.onnx cannot be used: image\.onnx\.data is missing"),
+        (lambda weights: weights.write_bytes(b"12"), r"image\.onnx\.data has 2 bytes instead of 4: it is truncated"),
+        (lambda weights: weights.write_bytes(b"4321"), r"image\.onnx\.data is another file"),
+    ],
+)
+def test_wrong_weights_beside_a_large_network_are_refused_by_name(damage, words, tmp_path, capsys):
+    folder = shutil.copytree(EXPORTED / "clip", tmp_path / "clip")
+    weights = folder / "image.onnx.data"
+    weights.write_bytes(b"1234")
+    about = json.loads((folder / "model.json").read_text())
+    about["files"][weights.name] = {"bytes": 4, "sha256": hashlib.sha256(b"1234").hexdigest()}
+    (folder / "model.json").write_text(json.dumps(about))
+    assert main(["models", "check", "--folder", str(tmp_path)]) == 0
+    damage(weights)
+    capsys.readouterr()
+    assert main(["models", "check", "--folder", str(tmp_path)]) == 1
+    assert re.search(words, capsys.readouterr().err)
 
 
 def test_an_empty_folder_is_one_clear_line(tmp_path, capsys):
