@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass
 
+from behaviors.events import NO_PATH
 from behaviors.reobserve import ReObservation
 from behaviors.to_records import goal_record
 from behaviors.way import Way
@@ -51,5 +52,5 @@ class Attempt:
             if plan.length_m is not None:
                 self.approach = Approach(goal, plan.length_m, plan.way)
                 return self.approach
-            self.no_path_because = plan.reason or "the planner finds no path"
+            self.no_path_because = plan.reason or NO_PATH
         return None

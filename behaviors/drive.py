@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from behaviors.events import NAVIGATION_EVENTS, REPLIES, USE_THE_REMOTE, Event, Step
+from behaviors.events import NAVIGATION_EVENTS, NO_PATH, REPLIES, USE_THE_REMOTE, Event, Step
 from behaviors.policy import MissionPolicy
 from behaviors.supervisor import GOAL_ZONE
 from behaviors.way import Way, way_is_blocked
@@ -25,8 +25,8 @@ def drive(goal: Pose2, ports: Ports, policy: MissionPolicy, way: Way = ()) -> St
     """Send `goal` and wait for its end: ARRIVED, UNREACHED, STOP or FAULT, with the reason.
 
     way: the first metres of the path there. A goal that lies in a forbidden zone, or that the lidar sees blocked, is
-    UNREACHED without being sent. Where the supervisor holds the robot, the goal is cancelled and sent again once the
-    condition is over and the operator agrees. Any exception once the goal may be under way cancels it and goes on;
+    UNREACHED without being sent. Where the supervisor holds the robot, the goal is cancelled; once the condition is
+    over and the operator agrees, the way is planned and looked at anew and the goal sent again. Any exception once the goal may be under way cancels it and goes on;
     RobotMayMove where that went unanswered.
     """
     try:
@@ -88,8 +88,16 @@ def _supervised(verdict: Verdict, goal: Pose2, ports: Ports, policy: MissionPoli
     ports.operator.tell(f"The robot was stopped: {verdict.sentence}")
     if verdict.reaction is Reaction.CANCEL or holds >= HOLDS_MAX:
         return Step(Event.FAULT, verdict.sentence)
-    step = _wait(verdict, goal, ports) or _agreed(verdict, ports, policy)
+    step = _wait(verdict, goal, ports) or _agreed(verdict, ports, policy) or _unsent_again(goal, ports, policy)
     return step or _driven(goal, ports, policy, holds + 1)
+
+
+def _unsent_again(goal: Pose2, ports: Ports, policy: MissionPolicy) -> Step | None:
+    """As `_unsent`, from where the robot was stopped: what came back may show what stands there now."""
+    plan = ports.navigator.plan(goal)
+    if plan.length_m is None:
+        return Step(Event.UNREACHED, plan.reason or NO_PATH)
+    return _unsent(goal, plan.way, ports, policy)
 
 
 def _wait(verdict: Verdict, goal: Pose2, ports: Ports) -> Step | None:

@@ -43,6 +43,7 @@ class End(StrEnum):
 
 NO_CANDIDATE_LEFT = "no candidate left"
 BUDGET_REACHED = "attempt budget reached"
+NO_PATH = "the planner finds no path"
 USE_THE_REMOTE = "the robot may still be moving: use the remote"
 
 # When each end is reached, for docs/mission.md and the console.

@@ -26,6 +26,7 @@ from behaviors.events import (
     BUDGET_REACHED,
     ENDING,
     NO_CANDIDATE_LEFT,
+    NO_PATH,
     REPLIES,
     TOLD,
     End,
@@ -45,7 +46,7 @@ from behaviors.to_records import (
     no_goal_record,
     ranking_record,
 )
-from behaviors.way import is_crowded
+from behaviors.way import Way, is_crowded
 from drivers.ports import PortError, Ports
 from logs import trial_records as records
 from logs.journal import Journal
@@ -179,7 +180,13 @@ class Mission:
         if look is None:
             return Step(Event.REJECTED, last.because)
         self._journal.write(look_record(attempt.node.id, look))
-        step = drive(look.pose, self._ports, self._policy)
+        way: Way = ()
+        if look.is_move:
+            plan = self._ports.navigator.plan(look.pose)
+            if plan.length_m is None:
+                return Step(Event.UNREACHED, plan.reason or NO_PATH)
+            way = plan.way
+        step = drive(look.pose, self._ports, self._policy, way)
         return Step(Event.LOOKED_AGAIN, look.reason) if step.event is Event.ARRIVED else step
 
     def _exclude(self, query: Query, last: Step) -> Step:

@@ -23,6 +23,10 @@ class Look:
     expected_visibility: float | None
     reason: str
 
+    @property
+    def is_move(self) -> bool:
+        return self.expected_visibility is not None
+
 
 class ReObservation:
     """The looks left for one candidate: at most one turn and one move, each given once.

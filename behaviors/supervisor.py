@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Literal
@@ -18,6 +19,7 @@ from drivers.ports import Reaction, Verdict
 from openbelief.pose import Pose2, wrap_angle
 
 SPEED_MAX, TURN_MAX = 1.5, 2.0  # m/s and rad/s: no G1 under Nav2 is faster
+JUMP_WINDOW_NS = 1_000_000_000  # a pose is compared with those of so long before, and with the last one before a gap
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,6 +52,13 @@ class SafetyPolicy:
         for name in ("battery_start", "battery_return"):
             if getattr(self, name) > 1:
                 raise ValueError(f"Safety limit {name} is a share of 1, not a percentage: got {getattr(self, name)}.")
+        if self.battery_start < self.battery_return:
+            raise ValueError(
+                f"Safety limit battery_start ({self.battery_start:g}) must not be less than battery_return "
+                f"({self.battery_return:g}): a mission would be called back at once."
+            )
+        if self.disk_min_bytes < 0:
+            raise ValueError(f"Safety limit disk_min_bytes must be at least 0, got {self.disk_min_bytes}.")
         for polygon in (*self.keep_out, *([self.allowed] if self.allowed else [])):
             if len(polygon) < 3 or not all(math.isfinite(c) for point in polygon for c in point):
                 raise ValueError(f"A keep-out or allowed polygon needs 3 or more finite (x, y) points, got {polygon}.")
@@ -130,12 +139,12 @@ class Supervisor:
 
     def __init__(self, limits: SafetyPolicy) -> None:
         self._limits, self._camera, self._cloud = limits, Ages(), Ages()
-        self._pose: tuple[int, Pose2] | None = None
+        self._track: deque[tuple[int, Pose2]] = deque()
 
     def update(self, now_ns: int, facts: Facts) -> Verdict:
         self._camera.see(now_ns, facts.camera)
         self._cloud.see(now_ns, facts.cloud)
-        known = Known(now_ns, facts, self._limits, self._camera, self._cloud, self._jump(now_ns, facts.pose))
+        known = Known(now_ns, facts, self._limits, self._camera, self._cloud, self._jump(now_ns, facts))
         found = [
             Verdict(reaction, name, sentence)
             for name, (reaction, condition) in CONDITIONS.items()
@@ -143,18 +152,26 @@ class Supervisor:
         ]
         return max(found, key=lambda verdict: GRAVITY.index(verdict.reaction), default=Verdict())
 
-    def _jump(self, now_ns: int, pose: Pose2 | None) -> str | None:
+    def _jump(self, now_ns: int, facts: Facts) -> str | None:
         """Further than any robot walks in that time is localisation's doing."""
-        if pose is None:
+        if facts.goal is None:
+            self._track.clear()  # before a mission it may have been carried anywhere
+        if facts.pose is None:
             return None
-        before, self._pose = self._pose, (now_ns, pose)
-        if before is None:
-            return None
-        elapsed_s, moved_m = (now_ns - before[0]) / 1e9, pose.distance_to(before[1])
-        turned_rad = abs(wrap_angle(pose.yaw - before[1].yaw))
-        if moved_m > self._limits.jump_m + SPEED_MAX * elapsed_s:
+        while len(self._track) > 1 and now_ns - self._track[0][0] > JUMP_WINDOW_NS:
+            self._track.popleft()
+        leaps = (self._leap(now_ns - before_ns, before, facts.pose) for before_ns, before in self._track)
+        found = next((leap for leap in leaps if leap), None)
+        self._track.append((now_ns, facts.pose))
+        return found
+
+    def _leap(self, elapsed_ns: int, before: Pose2, now: Pose2) -> str | None:
+        """A robot whose pose was not known, or not asked for, for longer than the window was standing meanwhile."""
+        elapsed_s, walking_s = elapsed_ns / 1e9, min(elapsed_ns, JUMP_WINDOW_NS) / 1e9
+        moved_m, turned_rad = now.distance_to(before), abs(wrap_angle(now.yaw - before.yaw))
+        if moved_m > self._limits.jump_m + SPEED_MAX * walking_s:
             return f"Localisation jumped by {moved_m:.1f} m within {elapsed_s:.1f} s."
-        if turned_rad > self._limits.jump_rad + TURN_MAX * elapsed_s:
+        if turned_rad > self._limits.jump_rad + TURN_MAX * walking_s:
             return f"Localisation turned by {math.degrees(turned_rad):.0f} degrees within {elapsed_s:.1f} s."
         return None
 

@@ -97,6 +97,9 @@ def path_plan(response: Message) -> PathPlan:
 
 
 def _first(points: Array) -> tuple[tuple[float, float], ...]:
-    """The points of the first WAY_M metres."""
+    """The points of the first WAY_M metres, and where these end."""
     along = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))))
-    return tuple((float(x), float(y)) for x, y in points[along <= WAY_M])
+    first = points[along <= WAY_M]
+    if len(first) < len(points):
+        first = np.vstack((first, [np.interp(WAY_M, along, points[:, axis]) for axis in (0, 1)]))
+    return tuple((float(x), float(y)) for x, y in first)

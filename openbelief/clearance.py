@@ -14,6 +14,7 @@ MAPPED_M = 0.15  # a point this near to an obstacle of the map is that obstacle
 GOAL_M = 0.35  # room that the robot needs where it is going to stand
 WAY_M = 0.25  # and to either side of the path's middle: its body
 CROWDED_M = 0.5  # at arrival: something new this near leaves no room to turn in
+WAY_STEP_M = 0.05  # planners may give points far apart
 MIN_POINTS = 5  # fewer are noise
 
 
@@ -40,15 +41,22 @@ def goal_blocked(obstacles: Array, goal: Pose2) -> str | None:
 
 
 def way_blocked(obstacles: Array, way: Array) -> str | None:
-    """A sentence where something stands on the way, (n, 2) points along its middle."""
+    """A sentence where something stands on the way, (n, 2) points along its middle, joined by straight lines."""
     if not len(way) or not len(obstacles):
         return None
-    near = np.linalg.norm(obstacles[:, None] - np.asarray(way)[None], axis=2) < WAY_M
+    after, middle = _resampled(np.asarray(way, np.float64))
+    near = np.linalg.norm(obstacles[:, None] - middle[None], axis=2) < WAY_M
     if near.any(axis=1).sum() < MIN_POINTS:
         return None
-    first = np.asarray(way)[np.flatnonzero(near.any(axis=0))[0]]
-    after_m = float(np.linalg.norm(first - np.asarray(way)[0]))
+    after_m = after[np.flatnonzero(near.any(axis=0))[0]]
     return f"Something that the map does not know stands on the way, {after_m:.1f} m from here."
+
+
+def _resampled(way: Array) -> tuple[Array, Array]:
+    """(m,) metres along the way and (m, 2) its points, at most WAY_STEP_M apart, both ends included."""
+    along = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(way, axis=0), axis=1))))
+    after = np.linspace(0.0, along[-1], max(int(np.ceil(along[-1] / WAY_STEP_M)), 1) + 1)
+    return after, np.column_stack([np.interp(after, along, way[:, axis]) for axis in (0, 1)])
 
 
 def crowded(obstacles: Array, robot: Pose2) -> str | None:

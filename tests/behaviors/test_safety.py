@@ -77,6 +77,35 @@ def test_a_hold_stops_the_robot_and_only_a_persons_yes_sends_it_on(s, make):
     assert "May I walk on?" in s.asked[-1]
 
 
+def test_after_a_hold_the_way_is_looked_at_again_before_the_goal_is_sent_again(s, make):
+    s.drives = [make.drive(end=None), make.drive()]
+    s.verdict = script((10, GO), (20, wrong(Reaction.HOLD)), (1, GO))
+    s.cloud = lambda: blob(s.sent[0].x, s.sent[0].y) if s.cancelled else NOTHING
+    assert s.run().end is End.CONFIRMED
+    assert len(s.sent) == 2 and s.sent[1].distance_to(s.sent[0]) >= 0.5
+    [moved] = [t for t in s.of(records.Transition) if t.event == "next_pose"]
+    assert "stands where the robot would" in moved.because
+
+
+def test_after_a_hold_a_way_that_is_gone_is_not_taken(s, make):
+    s.drives, s.no_path = [make.drive(end=None)], lambda goal: "no valid path" if s.cancelled else None
+    s.verdict = script((10, GO), (20, wrong(Reaction.HOLD)), (1, GO))
+    outcome = s.run()
+    assert outcome.end is End.NAVIGATION_FAILED and len(s.sent) == 1
+
+
+def test_a_move_to_look_again_is_planned_and_looked_at_like_any_other(stage, make):
+    hood = make.box(5.0, 2.0, None, None, size=0.6, in_map=False)
+    s = stage([make.box(5.0, 2.0, "fire extinguisher", "fire extinguisher"), hood])
+    s.way = ((0.6, 7.0), (1.4, 7.0))
+    s.cloud = lambda: blob(1.0, 7.0) if s.sent else NOTHING  # stands on the way once the robot has arrived
+    outcome = s.run()
+    [move] = [g for g in s.of(records.Goal) if g.purpose == "re-observe" and "move" in g.reason]
+    assert move.pose is not None and len(s.of(records.Plan)) == 2
+    assert (outcome.end, outcome.set_aside) == (End.NAVIGATION_FAILED, (0,))
+    assert "stands on the way" in [t for t in s.of(records.Transition) if t.event == "unreached"][-1].because
+
+
 def test_a_hold_that_is_over_does_not_move_the_robot_against_a_persons_no(s, make):
     s.drives, s.replies = [make.drive(end=None)], ["yes", "no"]
     s.verdict = script((10, GO), (20, wrong(Reaction.HOLD)), (1, GO))
@@ -154,7 +183,7 @@ def test_a_way_that_the_lidar_sees_blocked_is_not_walked(s):
     assert (outcome.end, outcome.set_aside) == (End.NAVIGATION_FAILED, (0,))
     assert s.sent == []
     [unreached] = [t for t in s.of(records.Transition) if t.event == "unreached"]
-    assert "stands on the way, 1.0 m from here" in unreached.because
+    assert "stands on the way, 0.8 m from here" in unreached.because  # where its body would touch
 
 
 def test_somebody_beside_the_robot_at_arrival_sends_it_to_the_next_best_pose(s):
@@ -193,7 +222,7 @@ def test_verdicts_and_clouds_come_back_from_the_trials_file_and_replay_to_the_sa
     assert replayed.difference is None
     kept = replayed.trial.records
     assert [v.reaction for v in kept if isinstance(v, records.Supervised)] == ["hold", "go"]
-    [plan] = [p for p in kept if isinstance(p, records.Plan)]
-    assert plan.way == s.way
+    plans = [p for p in kept if isinstance(p, records.Plan)]
+    assert [plan.way for plan in plans] == [s.way, s.way]  # before the drive, and again after the hold
     clouds = [e.attached for e in replayed.trial.entries if isinstance(e.record, records.Cloud)]
     assert {len(cloud.points) for cloud in clouds} == {20}

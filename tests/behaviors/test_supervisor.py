@@ -90,26 +90,30 @@ def test_missing_and_stuck_data_hold_the_robot_whatever_the_stamps_say(name):
     assert (words or "") in verdict.sentence
 
 
-# seconds since the last pose, metres, radians -> jumped?
+# seconds between the poses, metres and radians from each to the next, on the way to -> jumped?
 MOVES = {
-    "walking": (0.05, 0.05, 0.05, False),
-    "standing": (0.05, 0.0, 0.0, False),
-    "jump": (0.05, 1.0, 0.0, True),
-    "turned over": (0.05, 0.0, 2.0, True),
-    "carried for a minute": (60.0, 20.0, 3.0, False),
+    "walking": ([0.05] * 40, 0.05, 0.05, GOAL, False),
+    "standing": ([0.05] * 40, 0.0, 0.0, GOAL, False),
+    "jump": ([0.05], 1.0, 0.0, GOAL, True),
+    "turned over": ([0.05], 0.0, 2.0, GOAL, True),
+    "many small jumps": ([0.05] * 20, 0.3, 0.0, GOAL, True),
+    "found again elsewhere after eight seconds": ([8.0], 3.0, 0.0, GOAL, True),
+    "found again where it stood": ([8.0], 0.3, 0.2, GOAL, False),
+    "carried for a minute between missions": ([60.0], 20.0, 3.0, None, False),
 }
 
 
 @pytest.mark.parametrize("name", MOVES)
 def test_a_pose_that_no_robot_can_have_reached_ends_the_mission(name):
-    seconds, metres, radians, jumped = MOVES[name]
-    supervisor = Supervisor(SafetyPolicy())
-    facts = replace(FINE, expected=frozenset())
-    supervisor.update(0, facts)
-    moved = replace(facts, pose=Pose2(1.0 + metres, 1.0, radians))
-    verdict = supervisor.update(round(seconds * S), moved)
-    assert (verdict.condition == "localisation jump") == jumped
-    assert (verdict.reaction is Reaction.CANCEL) == jumped
+    seconds, metres, radians, goal, jumped = MOVES[name]
+    supervisor, now_ns = Supervisor(SafetyPolicy()), 0
+    facts = replace(FINE, expected=frozenset(), goal=goal)
+    verdicts = [supervisor.update(0, facts)]
+    for step, after_s in enumerate(seconds, start=1):
+        now_ns += round(after_s * S)
+        moved = replace(facts, pose=Pose2(1.0 + step * metres, 1.0, step * radians))
+        verdicts.append(supervisor.update(now_ns, moved))
+    assert any(v.condition == "localisation jump" and v.reaction is Reaction.CANCEL for v in verdicts) == jumped
 
 
 @pytest.mark.parametrize(
@@ -120,8 +124,10 @@ def test_a_pose_that_no_robot_can_have_reached_ends_the_mission(name):
         {"battery_return": 25.0},
         {"keep_out": (((0.0, 0.0), (1.0, 1.0)),)},
         {"allowed": ((0.0, 0.0),)},
+        {"battery_start": 0.2, "battery_return": 0.3},
+        {"disk_min_bytes": -5},
     ],
 )
 def test_limits_that_make_no_sense_are_refused(limits):
-    with pytest.raises(ValueError, match=r"must be greater|share of 1|needs 3 or more"):
+    with pytest.raises(ValueError, match=r"must be|must not be|share of 1|needs 3 or more"):
         SafetyPolicy(**limits)

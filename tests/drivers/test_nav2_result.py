@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from drivers.nav2_result import navigation_result, path_plan, result_from_status
+from drivers.nav2_result import WAY_M, navigation_result, path_plan, result_from_status
 from drivers.ports import NavigationStatus, PortError
 from drivers.ros_action import ABORTED, CANCELED, SUCCEEDED, UNKNOWN
 from drivers.ros_convert import path_message
@@ -26,6 +26,19 @@ def navigated(**result):
 def test_a_path_has_its_length():
     path = path_message(np.array([[0.0, 0.0], [3.0, 4.0], [3.0, 5.0]]), 0)
     assert path_plan(planned(SUCCEEDED, path=path)).length_m == pytest.approx(6.0)
+
+
+@pytest.mark.parametrize(
+    ("points", "way"),
+    [
+        ([[0.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [1.0, 0.0]]),
+        ([[0.0, 0.0], [0.0, 8.0]], [[0.0, 0.0], [0.0, WAY_M]]),
+        ([[0.0, 0.0], [2.0, 0.0], [2.0, 4.0]], [[0.0, 0.0], [2.0, 0.0], [2.0, WAY_M - 2.0]]),
+    ],
+)
+def test_of_a_path_the_first_metres_are_told_to_their_very_end(points, way):
+    path = path_message(np.array(points), 0)
+    assert np.allclose(path_plan(planned(SUCCEEDED, path=path)).way, way)
 
 
 def test_an_aborted_plan_says_why_where_the_distribution_can():

@@ -57,6 +57,11 @@ def test_a_way_is_blocked_where_something_stands_on_it_and_it_says_how_far(grid)
     assert way_blocked(unmapped(blob(2.4, 1.0), grid, ROBOT), np.zeros((0, 2))) is None
 
 
+def test_a_way_told_by_two_far_points_is_looked_at_all_along(grid):
+    assert "on the way" in way_blocked(unmapped(blob(2.0, 1.0), grid, ROBOT), [[1.0, 1.0], [2.8, 1.0]])
+    assert way_blocked(unmapped(blob(2.0, 1.4), grid, ROBOT), [[1.0, 1.0], [2.8, 1.0]]) is None
+
+
 def test_somebody_beside_an_arrived_robot_crowds_it(grid):
     assert crowded(unmapped(blob(1.42, 1.0), grid, ROBOT), ROBOT)
     assert crowded(unmapped(blob(1.6, 1.0), grid, ROBOT), ROBOT) is None
