@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -131,9 +132,13 @@ def imu_message(stamp_ns: int, frame_id: str, gyro_rad_s: Array, acceleration_m_
     )
 
 
+UNMEASURED = dict.fromkeys(("voltage", "temperature", "current", "charge", "capacity", "design_capacity"), math.nan)
+
+
 def battery_message(stamp_ns: int, fraction: float) -> Message:
-    """sensor_msgs/BatteryState of a charge from 0 to 1; what else it could tell is not."""
-    return make("sensor_msgs/msg/BatteryState", header=header(stamp_ns, ""), percentage=fraction, present=True)
+    """sensor_msgs/BatteryState of a charge from 0 to 1; what else it could tell is NaN, as its definition asks."""
+    told = {"percentage": fraction, "present": True}
+    return make("sensor_msgs/msg/BatteryState", header=header(stamp_ns, ""), **UNMEASURED, **told)
 
 
 def grid_of(message: Message) -> OccupancyGrid:

@@ -28,6 +28,7 @@ DISTRIBUTIONS = tuple(BASE)
 ZERO = {"bool": False, "float32": 0.0, "float64": 0.0, "string": ""}
 NUMPY = {"bool": "bool", "char": "uint8", "byte": "uint8"}
 DEFAULTS = {"geometry_msgs/msg/Quaternion": {"w": 1.0}}  # the one type in use whose .msg file says so
+NAN_IS_UNMEASURED = {"sensor_msgs/msg/BatteryState"}  # by its .msg file; the others' numbers are there or wrong
 
 
 class WireError(ValueError):
@@ -52,7 +53,8 @@ class Codec:
     def decode(self, payload: bytes, type_name: str) -> Message:
         """The message; raises WireError on a wrong encapsulation, missing or left-over bytes, and numbers not finite.
 
-        Arrays are read-only views of `payload`.
+        Where a type says that NaN is "not measured" (`NAN_IS_UNMEASURED`), NaN stays for the reader to judge. Arrays
+        are read-only views of `payload`.
         """
         self._known(type_name)
         try:
@@ -155,21 +157,19 @@ def header(stamp_ns: int, frame_id: str) -> Message:
     return make("std_msgs/msg/Header", stamp=ns_to_stamp(stamp_ns), frame_id=frame_id)
 
 
-def _check_finite(value: Any, path: str) -> None:
+def _check_finite(value: Any, path: str, *, or_nan: bool = False) -> None:
     """Every float of the message, however deep; images and clouds are bytes here and checked where they are read."""
+    finite = True
     if isinstance(value, float):
-        finite = math.isfinite(value)
-    elif isinstance(value, np.ndarray):
-        finite = value.dtype.kind != "f" or bool(np.isfinite(value).all())
+        finite = math.isfinite(value) or (or_nan and math.isnan(value))
+    elif isinstance(value, np.ndarray) and value.dtype.kind == "f":
+        finite = bool((np.isfinite(value) | (or_nan & np.isnan(value))).all())
     elif isinstance(value, list):
-        finite = True
         for item in value:
-            _check_finite(item, f"{path}[]")
+            _check_finite(item, f"{path}[]", or_nan=or_nan)
     elif hasattr(value, "__msgtype__"):
-        finite = True
+        or_nan = value.__msgtype__ in NAN_IS_UNMEASURED
         for name, item in vars(value).items():
-            _check_finite(item, f"{path}.{name}")
-    else:
-        finite = True
+            _check_finite(item, f"{path}.{name}", or_nan=or_nan)
     if not finite:
         raise WireError(f"{path} is not finite.")

@@ -5,6 +5,7 @@ Age is the Clock's time since the message's stamp, so a publisher whose stamps s
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Callable
 
@@ -137,7 +138,11 @@ class RosLidar:
 
 
 class RosBattery:
-    """The Battery port: the newest sensor_msgs/BatteryState."""
+    """The Battery port: the newest sensor_msgs/BatteryState, of which only `percentage` and the stamp are read.
+
+    Many battery drivers leave the stamp 0: such a message is as old as its arrival here. It is sent once a second or
+    less and is not latched, so what arrives is new.
+    """
 
     def __init__(
         self, link: ZenohLink, clock: Clock, keys: BridgeKeys | None = None, *, topic: Topic = BATTERY
@@ -159,9 +164,11 @@ class RosBattery:
 
     def _keep(self, message: Message) -> None:
         fraction = float(message.percentage)
+        if math.isnan(fraction):
+            raise WireError("The battery's percentage is NaN: its driver does not measure the charge.")
         if not 0.0 <= fraction <= 1.0:
             raise WireError(f"A battery's percentage should be 0 to 1, got {fraction:g}.")
-        self._charge = Charge(stamp_to_ns(message.header.stamp), fraction)
+        self._charge = Charge(stamp_to_ns(message.header.stamp) or self._clock.now_ns(), fraction)
 
 
 class RosMap:

@@ -195,6 +195,23 @@ def test_numbers_that_are_not_finite_are_refused_by_name(bad):
         decode(encode(pose), "geometry_msgs/msg/PoseStamped")
 
 
+BATTERY_STATE = "sensor_msgs/msg/BatteryState"  # whose .msg file says: "If unmeasured NaN"
+
+
+def test_a_battery_state_keeps_nan_for_what_it_does_not_measure():
+    nan = float("nan")
+    state = make(BATTERY_STATE, voltage=nan, temperature=nan, percentage=0.8, cell_voltage=np.float32([nan, 3.9]))
+    back = decode(encode(state), BATTERY_STATE)
+    assert np.isnan([back.voltage, back.temperature, back.cell_voltage[0]]).all()
+    assert back.percentage == pytest.approx(0.8)
+
+
+@pytest.mark.parametrize("bad", [{"voltage": np.inf}, {"cell_voltage": np.float32([np.inf])}])
+def test_a_battery_state_has_no_infinite_numbers(bad):
+    with pytest.raises(WireError, match=r"voltage is not finite"):
+        decode(encode(make(BATTERY_STATE, **bad)), BATTERY_STATE)
+
+
 def test_an_unknown_type_and_field_are_refused():
     with pytest.raises(WireError, match="No definition"):
         decode(b"\x00\x01\x00\x00\x00", "made_up/msg/Thing")

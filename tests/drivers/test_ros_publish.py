@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from drivers.ports import CameraFrame, LidarCloud, LinkLost, PoseUnavailable, StaleData
-from drivers.ros_messages import encode, header, make
+from drivers.ros_convert import battery_message
+from drivers.ros_messages import encode
 from drivers.ros_publish import SensorPublisher
 from drivers.ros_topics import RosBattery, RosCamera, RosLidar, RosPoseSource
-from drivers.topics import BATTERY, COLOR_JPEG, DEPTH_PNG, LIDAR
+from drivers.topics import COLOR_JPEG, DEPTH_PNG, LIDAR
 from drivers.zenoh_link import LinkConfig, ZenohLink, open_router
 from openbelief.observation import Intrinsics
 from openbelief.pose import transform
@@ -160,28 +161,51 @@ def test_a_sensor_without_data_sends_nothing_and_one_that_failed_is_named(onboar
         publisher.step()
 
 
-def test_the_battery_is_heard_and_an_impossible_charge_is_not(onboard, eventually):
+@pytest.fixture
+def battery(onboard):
+    """(clock, the battery port, put): `put(percentage, stamp_ns)` publishes one message."""
     clock, _, _, ours, robot = onboard
-    battery = RosBattery(ours, clock)
-    battery.start()
-    with pytest.raises(StaleData, match="No battery state yet"):
-        battery.latest(10.0)
+    port = RosBattery(ours, clock)
+    port.start()
 
-    def put(percentage: float) -> None:
-        message = make(BATTERY.type_name, header=header(clock.now_ns(), ""), percentage=percentage)
-        robot.put("battery_state", encode(message))
+    def put(percentage: float, stamp_ns: int) -> None:
+        robot.put("battery_state", encode(battery_message(stamp_ns, percentage)))
 
-    def said(fraction: float) -> bool:
-        put(fraction)
-        try:
-            return battery.latest(10.0).fraction == pytest.approx(fraction)
-        except StaleData:
-            return False
+    return clock, port, put
 
-    eventually(lambda: said(0.5))
-    put(50.0)
-    eventually(lambda: battery._intake.dropped == 1)
-    assert battery.latest(10.0).fraction == pytest.approx(0.5)
+
+def charge(port, max_age_s: float = 10.0) -> float | None:
+    try:
+        return round(port.latest(max_age_s).fraction, 3)
+    except StaleData:
+        return None
+
+
+def test_the_charge_is_heard_though_all_that_is_not_measured_is_nan_and_an_impossible_one_is_not(battery, eventually):
+    clock, port, put = battery
+    assert charge(port) is None
+    eventually(lambda: put(0.5, clock.now_ns()) or charge(port) == 0.5)
+    eventually(lambda: put(50.0, clock.now_ns()) or port._intake.dropped > 0)
+    assert charge(port) == 0.5
     clock.sleep(60.0)
     with pytest.raises(StaleData, match=r"60\.0"):
-        battery.latest(10.0)
+        port.latest(10.0)
+
+
+def test_a_charge_that_is_not_measured_is_unknown_and_says_so(battery, eventually):
+    clock, port, put = battery
+    eventually(lambda: put(float("nan"), clock.now_ns()) or port._intake.dropped > 0)
+    with pytest.raises(StaleData, match=r"No battery state yet .* its driver does not measure the charge"):
+        port.latest(10.0)
+
+
+def test_a_battery_state_without_a_stamp_is_as_old_as_its_arrival(battery, eventually):
+    clock, port, put = battery
+    eventually(lambda: put(0.5, 0) or charge(port) == 0.5)
+    put(0.7, 0)  # once: no copy of it comes later
+    eventually(lambda: charge(port) == 0.7)
+    clock.sleep(9.0)
+    assert charge(port) == 0.7
+    clock.sleep(2.0)
+    with pytest.raises(StaleData, match=r"11\.0"):
+        port.latest(10.0)
