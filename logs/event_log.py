@@ -22,8 +22,13 @@ class EventLog:
         self._end = 0
 
     def open(self) -> None:
+        """Raises OSError, and leaves no file, where there is no room; FileExistsError rather than overwrite."""
         self._fd = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o644)
-        os.posix_fallocate(self._fd, 0, RESERVED_BYTES)
+        try:
+            os.posix_fallocate(self._fd, 0, RESERVED_BYTES)
+        except OSError:
+            self.close()
+            raise
 
     def write(self, stamp_ns: int, event: str, **details: str | int | float) -> None:
         if self._fd is None:

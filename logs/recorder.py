@@ -15,6 +15,7 @@ from logs.disk import DiskBudget, Room
 from logs.event_log import EventLog
 from logs.mcap_file import ChannelSpec, McapFile
 from logs.mcap_scan import MAX_ATTACHMENT_BYTES, MAX_CHUNK_BYTES
+from logs.recording_files import events_of, next_file, require_unused
 from logs.schemas import cdr_channel, json_channel
 from logs.structured import logger
 
@@ -47,7 +48,8 @@ class McapRecorder:
     Written as `PATH.partial`, renamed when whole. A disk that is full or fails does not stop the mission: the recorder
     turns `failed`, says why in `failure`, in the log and in `NAME.events.jsonl` (whose room was reserved), keeps what
     was written (`openbelief recover PATH.partial`), and counts the messages it lost in `dropped`. Misuse raises:
-    ValueError for a message of more than 32 MiB, FileExistsError at the start rather than overwrite a recording.
+    ValueError for a message of more than 32 MiB, FileExistsError at the start rather than overwrite a recording or run
+    into the later files of an old one.
 
     Bounds: one open chunk of about 1 MB and its index in memory, plus the newest messages of `LATCHED` topics.
     """
@@ -69,7 +71,7 @@ class McapRecorder:
         self._clock, self._rotation, self._disk, self._tell = clock, rotation, disk, tell
         self._lock = threading.RLock()
         self._file: McapFile | None = None
-        self._events = EventLog(self.path.with_suffix(".events.jsonl"))
+        self._events = EventLog(events_of(self.path))
         self._last_ns = self._opened_ns = self._checked_ns = 0
         self._room = Room.OK
         self._metadata: dict[str, dict[str, str]] = {}
@@ -78,6 +80,7 @@ class McapRecorder:
 
     def __enter__(self) -> McapRecorder:
         with self._lock:
+            require_unused(self.path, rotated=self._rotation is not None)
             self._file = McapFile(self.path).open()
             try:
                 self._events.open()
@@ -236,9 +239,7 @@ class McapRecorder:
     def _rotate(self, file: McapFile, now_ns: int) -> None:
         """Finish this file; begin the next with all that a reader of it alone needs."""
         self._finish(file)
-        file_name = f"{self.path.stem}_{len(self.paths):03d}{self.path.suffix}"
-        following = McapFile(self.path.with_name(file_name)).open()
-        self._file = following
+        following = self._file = next_file(self.path, len(self.paths))
         self._opened_ns = now_ns
         for key, values in self._metadata.items():
             following.metadata(key, values)

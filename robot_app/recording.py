@@ -26,6 +26,7 @@ from logs.disk import DiskBudget
 from logs.port_tap import PortTap
 from logs.queued import QueuedRecorder
 from logs.recorder import McapRecorder, Rotation
+from logs.recording_files import require_unused
 from logs.tap import TopicTap
 from logs.versions import commit, versions
 from robot_app.app import Robot, Wire, open_robot
@@ -67,8 +68,7 @@ def record(
 
     Raises PortError, SceneError, LogError or OSError with a sentence, before anything is recorded.
     """
-    if job.path.exists():
-        raise FileExistsError(f"{job.path} exists and is never overwritten: move it away, or name another file")
+    require_unused(job.path, rotated=True)
     with ExitStack() as opened:
         robot = opened.enter_context(open_robot(job.config))
         recorder = opened.enter_context(_recorder(job, robot, tell))

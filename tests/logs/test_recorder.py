@@ -135,6 +135,46 @@ def test_a_recording_is_never_overwritten(tmp_path: Path) -> None:
     }
 
 
+@pytest.mark.parametrize(
+    ("left", "sentence"),
+    [
+        ("walk_002.mcap", "walk_002.mcap exists, and this recording would go on under such names: move it away"),
+        ("walk_1000.mcap.partial", "walk_1000.mcap.partial exists, and this recording would go on"),
+        ("walk.events.jsonl", "walk.events.jsonl exists: the events of an earlier recording of that name. Move it"),
+    ],
+)
+def test_what_an_old_recording_left_in_the_way_is_refused_by_name_before_anything_is_written(
+    tmp_path: Path, left: str, sentence: str
+) -> None:
+    (tmp_path / left).write_bytes(b"evidence")
+    with (
+        pytest.raises(FileExistsError, match=sentence),
+        McapRecorder(tmp_path / "walk.mcap", HandClock(), rotation=Rotation()),
+    ):
+        pass
+    assert {p.name: p.read_bytes() for p in tmp_path.iterdir()} == {left: b"evidence"}
+
+
+def test_a_file_that_appears_meanwhile_is_passed_over_and_neither_lost_nor_the_end(tmp_path: Path) -> None:
+    clock = HandClock()
+    with McapRecorder(tmp_path / "walk.mcap", clock, rotation=Rotation(every_s=10.0)) as recorder:
+        for k in range(4):
+            recorder.write_cdr("/words", STRING, k, word(str(k)))
+            (tmp_path / "walk_002.mcap").write_bytes(b"evidence")
+            clock.sleep(11.0)
+    assert [p.name for p in recorder.paths] == ["walk.mcap", "walk_001.mcap", "walk_003.mcap", "walk_004.mcap"]
+    assert [w for path in recorder.paths for w in said(path)] == list("0123")
+    assert (tmp_path / "walk_002.mcap").read_bytes() == b"evidence"
+
+
+def test_a_missing_folder_is_told_with_the_remedy(tmp_path: Path) -> None:
+    with (
+        pytest.raises(FileNotFoundError, match="nowhere is no folder: make it"),
+        McapRecorder(tmp_path / "nowhere" / "a.mcap", HandClock()),
+    ):
+        pass
+
+
 def test_a_recorder_that_was_not_started_says_so(tmp_path: Path) -> None:
     recorder = McapRecorder(tmp_path / "a.mcap", HandClock())
     assert recorder.state == "idle" and not list(tmp_path.iterdir())
