@@ -104,10 +104,8 @@ class McapFile:
         self._sequences: dict[int, int] = {}
 
     def open(self, profile: str = PROFILE) -> McapFile:
-        """Create the file; what exists is never overwritten (FileExistsError)."""
-        for existing in (self.path, self.partial):
-            if existing.exists():
-                raise FileExistsError(f"{existing} exists and is never overwritten: move it away, or name another file")
+        """Create the file; what exists is never overwritten (FileExistsError), its folder is there (or OSError)."""
+        require_free(self.path, self.partial)
         self._sink = WholeWrites(self.partial)
         self._writer = Writer(
             self._sink,  # type: ignore[arg-type]  # it asks only for write, tell and flush
@@ -145,7 +143,8 @@ class McapFile:
         channel = self._writer.register_channel(spec.topic, spec.encoding, schema_id, dict(spec.metadata))
         self._channels[spec] = channel
         self._finish_chunk()
-        self._writer.add_metadata(f"{DEFINITION}{channel}", with_checksum(definition_values(channel, spec)))
+        name = f"{DEFINITION}{channel}"
+        self._writer.add_metadata(name, with_checksum(name, definition_values(channel, spec)))
         return channel
 
     def attach(self, name: str, media_type: str, data: bytes, *, log_time_ns: int) -> None:
@@ -156,7 +155,7 @@ class McapFile:
     def metadata(self, name: str, values: Mapping[str, str]) -> None:
         """MCAP gives metadata no checksum of its own: one is added, the reader checks it and takes it away."""
         self._finish_chunk()
-        self._writer.add_metadata(name, with_checksum(values))
+        self._writer.add_metadata(name, with_checksum(name, values))
 
     def flush(self) -> None:
         """Finish the open chunk and put everything on the disk."""
@@ -184,6 +183,15 @@ class McapFile:
         finally:
             self._sink.close()
         return self.partial
+
+
+def require_free(*paths: Path) -> None:
+    """Raises FileExistsError, or FileNotFoundError where their folder is missing; the text is one line with a remedy."""
+    for path in paths:
+        if not path.parent.is_dir():
+            raise FileNotFoundError(f"{path.parent} is no folder: make it (mkdir -p {path.parent}), or name another file")
+        if path.exists():
+            raise FileExistsError(f"{path} exists and is never overwritten: move it away, or name another file")
 
 
 @cache

@@ -117,7 +117,7 @@ class LogReader:
             for raw in checked_records(source, summary):
                 if raw.opcode == Opcode.METADATA:
                     record = parse(raw)
-                    found[record.name] = without_checksum(record.metadata)
+                    found[record.name] = without_checksum(record.name, record.metadata)
         return {name: values for name, values in found.items() if not name.startswith(DEFINITION)}  # those: for recover
 
     def topics(self) -> dict[str, str]:

@@ -33,6 +33,7 @@ from logs.reader import Definitions, LogError
 from logs.resync import next_record
 
 KNOWN_PROFILES = ("ros1", "ros2", "")
+OURS = "openbelief "  # our library's name in the header: every metadata record has its checksum then
 MAX_LOSSES = 100  # told one by one; more are only counted
 
 
@@ -96,6 +97,7 @@ class _Recovery:
         self.definitions = Definitions(self.summary)
         self.specs: dict[int, ChannelSpec] = {}
         self.loose_definitions = False
+        self.ours = _library(source).startswith(OURS)
         self.keepers: dict[int, Callable[[RawRecord], Any]] = {
             Opcode.HEADER: parse,
             Opcode.CHUNK: self._keep_chunk,
@@ -193,7 +195,9 @@ class _Recovery:
 
     def _keep_metadata(self, raw: RawRecord) -> None:
         record = parse(raw)
-        values = without_checksum(record.metadata)
+        values = without_checksum(record.name, record.metadata)
+        if self.ours and KEY not in record.metadata:
+            raise ChecksumError(f"the checksum of a metadata record is gone (its name reads {record.name!r})")
         if record.name.startswith(DEFINITION) and KEY in record.metadata:
             channel_id, spec = definition_of(values)
             self.specs.setdefault(channel_id, spec)
@@ -223,12 +227,21 @@ class _Recovery:
 
 def _profile(source: Source) -> str:
     """The source's profile where it is one that exists: nothing protects the header of an unfinished file."""
+    head = _header(source)
+    return head.profile if head is not None and head.profile in KNOWN_PROFILES else PROFILE
+
+
+def _library(source: Source) -> str:
+    head = _header(source)
+    return head.library if head is not None else ""
+
+
+def _header(source: Source) -> records.Header | None:
     try:
         raw = record_at(source, len(MAGIC))
-        named = parse(raw).profile if raw.opcode == Opcode.HEADER else PROFILE
+        return parse(raw) if raw.opcode == Opcode.HEADER else None
     except Damage:
-        named = PROFILE
-    return named if named in KNOWN_PROFILES else PROFILE
+        return None
 
 
 def _name(opcode: int) -> str:

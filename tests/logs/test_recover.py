@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import random
+import zlib
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from logs.checksum import KEY, ChecksumError, without_checksum
 from logs.mcap_scan import Source, chunk_records, record_at
 from logs.reader import LogError, LogMessage, LogReader
 from logs.recover import RecoveryReport, recover
@@ -163,6 +166,35 @@ def test_attachments_and_metadata_come_back_too(small_recording: Path, scratch: 
     assert [replace(a, log_time_ns=0).data for a in log.attachments()] == [b"speed = 1\n"]
     assert log.metadata()["run"] == {"commit": "abc"}
     assert log.metadata()["openbelief.recovered"]["from"] == "cut.mcap"
+
+
+def test_a_damaged_metadata_record_is_dropped_and_told_whichever_byte_was_hit(
+    small_recording: Path, scratch: Path
+) -> None:
+    """Its name, its values or its checksum: what comes back is what was written, or nothing."""
+    data = small_recording.read_bytes()
+    begin = data.index(b"\x03\x00\x00\x00run") + 4
+    end = data.index(b"openbelief.crc32", begin) + len(b"openbelief.crc32") + 12
+    for position in range(begin, end):
+        for bit in range(8):
+            bits = bytearray(data)
+            bits[position] ^= 1 << bit
+            (scratch / "hit.mcap").write_bytes(bits)
+            report = recover(scratch / "hit.mcap", scratch / "out.mcap", lambda share: None)
+            kept = LogReader(scratch / "out.mcap").metadata()
+            (scratch / "out.mcap").unlink()
+            assert set(kept) == {"openbelief.recovered"}, f"flip of bit {bit} at {position}"
+            assert any(loss.startswith("metadata at byte") for loss in report.losses)
+
+
+def test_a_name_that_no_recorder_of_ours_writes_is_dropped_from_files_of_before_names_were_checked() -> None:
+    values = {"commit": "abc"}
+    before = values | {KEY: f"{zlib.crc32(json.dumps(values, sort_keys=True).encode()):08x}"}
+    assert without_checksum("openbelief.recording", before) == values
+    assert without_checksum("openbelief.channel/12", before) == values
+    for name in ("openbelief.recordifg", "openbelief.chbnnel/12", "openbelief.channel/x"):
+        with pytest.raises(ChecksumError, match=f"no recorder of ours writes '{name}'"):
+            without_checksum(name, before)
 
 
 def test_nothing_is_left_behind_where_there_is_nothing_to_keep(tmp_path: Path) -> None:
