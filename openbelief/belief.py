@@ -8,8 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from openbelief.arrays import Array, normalize
-from openbelief.evidence import read_only
+from openbelief.arrays import Array, normalize, read_only
 from openbelief.observation import Observation
 from openbelief.parameters import Parameters
 from openbelief.phrase import comparable

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from openbelief.arrays import Array
-from openbelief.evidence import read_only
+from openbelief.arrays import Array, read_only
 from openbelief.observation import Observation
 from openbelief.phrase import comparable
 

@@ -1,16 +1,15 @@
-"""Evidence in canonical order, frozen, and the hash that names it: independent of the order of mapping."""
+"""Evidence in canonical order, and the hash that names it: independent of the order of mapping."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from openbelief.arrays import Array
 from openbelief.observation import Observation
 from openbelief.parameters import Parameters
 
@@ -22,20 +21,6 @@ class FrameRecord:
     recording: str
     stamp_ns: int
     skipped: str | None = None
-
-
-def read_only(array: Array) -> Array:
-    """The array itself where nobody can write to it, else a read-only copy."""
-    if not array.flags.writeable and array.base is None:
-        return array
-    frozen = array.copy()
-    frozen.flags.writeable = False
-    return frozen
-
-
-def freeze(observation: Observation) -> Observation:
-    """The observation with arrays that nobody, not even their maker, can change."""
-    return replace(observation, points=read_only(observation.points), feature=read_only(observation.feature))
 
 
 def digest(observation: Observation) -> bytes:

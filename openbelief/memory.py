@@ -14,7 +14,7 @@ import numpy as np
 from openbelief.arrays import Array
 from openbelief.belief import Concept, synonym_threshold
 from openbelief.embedding import embed_phrases, unit_rows
-from openbelief.evidence import FrameRecord, canonical_order, content_hash, freeze
+from openbelief.evidence import FrameRecord, canonical_order, content_hash
 from openbelief.node import ObjectNode, make_node
 from openbelief.observation import Observation
 from openbelief.parameters import Parameters
@@ -81,7 +81,7 @@ class ObjectMemory:
 
         given, parameters = list(observations), parameters or Parameters()
         order, digests = canonical_order(given)
-        evidence = [freeze(given[i]) for i in order]
+        evidence = [given[i] for i in order]
         _check_features(evidence, text_encoder.dim if feature_text_aligned else None)
         return cls._assemble(
             evidence,
@@ -108,7 +108,7 @@ class ObjectMemory:
         stored = store.read(path)
         meta = stored.meta
         memory = cls._assemble(
-            [freeze(o) for o in stored.observations],
+            stored.observations,
             stored.digests,
             stored.partition,
             stored.embeddings,

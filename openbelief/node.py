@@ -8,9 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
-from openbelief.arrays import Array
+from openbelief.arrays import Array, read_only
 from openbelief.belief import Concept, Trust, concepts, consensus, trust, visual_feature
-from openbelief.evidence import read_only
 from openbelief.observation import Observation
 from openbelief.parameters import Parameters
 from openbelief.phrase import is_background

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import numbers
 from dataclasses import dataclass, field
-from typing import TypedDict
+from typing import Any, TypedDict
 
 import cv2
 import numpy as np
 
-from openbelief.arrays import Array, points_array, unit_vector
+from openbelief.arrays import Array, points_array, read_only, unit_vector
 
 
 class Rle(TypedDict):
@@ -50,7 +51,7 @@ class Intrinsics:
         return pixels[:, 0, :]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # arrays have no one truth: each is equal to itself
 class RgbdFrame:
     """One posed RGB-D image (I_t, D_t, T_t), depth aligned to colour.
 
@@ -77,7 +78,7 @@ class RgbdFrame:
             raise ValueError(f"Frame {self.index}: T_map_camera should be a finite (4, 4) transform.")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # arrays have no one truth: each is equal to itself
 class Mask:
     """One segmented thing in a frame: where it is, what it was called, how sure, and what it looks like.
 
@@ -103,13 +104,14 @@ class Provenance:
     crop_jpeg: bytes | None = field(default=None, repr=False)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Observation:
     """o_e = (t_e, j_e, l_e, c_e, n_e, P_e, f_e^v) (paper: eq. observation): the unit of preserved evidence.
 
     frame: t_e, unique within a recording. mask: j_e. phrase: l_e as the model gave it; None is an observation
     without language. confidence: c_e in (0, 1]. points: P_e, (n, 3) float32, map frame, metres, taken as given.
-    feature: f_e^v, (d,) float32 unit length. Raises ValueError on non-finite, empty or misshapen input.
+    feature: f_e^v, (d,) float32 unit length. Both are its own, read-only: what the caller does to his arrays
+    afterwards changes no evidence. Equal only to itself. Raises ValueError on what is none of these.
     """
 
     frame: int
@@ -121,13 +123,23 @@ class Observation:
     provenance: Provenance | None = None
 
     def __post_init__(self) -> None:
-        name = f"Observation (frame {self.frame}, mask {self.mask})"
-        if not (np.isfinite(self.confidence) and 0.0 < self.confidence <= 1.0):
-            raise ValueError(f"{name}: confidence should be in (0, 1], got {self.confidence}.")
-        if self.phrase is not None and not isinstance(self.phrase, str):
+        frame, mask = _index(self.frame, "Observation: frame"), _index(self.mask, "Observation: mask")
+        name = f"Observation (frame {frame}, mask {mask})"
+        own = {
+            "frame": frame,
+            "mask": mask,
+            "confidence": _confidence(self.confidence, f"{name}: confidence"),
+            "points": read_only(points_array(self.points, f"{name}: points")),
+            "feature": read_only(unit_vector(self.feature, f"{name}: feature")),
+        }
+        if not isinstance(self.phrase, str | None):
             raise ValueError(f"{name}: phrase should be text or None, got {type(self.phrase).__name__}.")
-        object.__setattr__(self, "points", points_array(self.points, f"{name}: points"))
-        object.__setattr__(self, "feature", unit_vector(self.feature, f"{name}: feature"))
+        if not isinstance(self.provenance, Provenance | None):
+            raise ValueError(
+                f"{name}: provenance should be a Provenance or None, got {type(self.provenance).__name__}."
+            )
+        for field_name, value in own.items():
+            object.__setattr__(self, field_name, value)
 
     @property
     def n(self) -> int:
@@ -143,6 +155,25 @@ class Observation:
     def key(self) -> tuple[str, int, int]:
         """(recording, frame, mask): the canonical order of evidence."""
         return (self.recording, self.frame, self.mask)
+
+
+def _index(value: Any, what: str) -> int:
+    """A whole number from 0 as Python's own; raises ValueError naming `what`."""
+    if isinstance(value, bool) or not isinstance(value, numbers.Integral) or value < 0:
+        raise ValueError(f"{what} should be a whole number from 0, got {_short(value)}.")
+    return int(value)
+
+
+def _confidence(value: Any, what: str) -> float:
+    """c_e in (0, 1] as Python's own; raises ValueError naming `what`."""
+    if isinstance(value, bool) or not isinstance(value, numbers.Real) or not 0.0 < float(value) <= 1.0:
+        raise ValueError(f"{what} should be a number in (0, 1], got {_short(value)}.")
+    return float(value)
+
+
+def _short(value: Any) -> str:
+    """What was given, on one line."""
+    return repr(value)[:40] if isinstance(value, str | numbers.Number | None) else type(value).__name__
 
 
 def encode_rle(pixels: Array) -> Rle:
