@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ipaddress
 import os
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
@@ -14,6 +15,7 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
+HOST = re.compile(r"(?=.{1,253}\Z)(?!-)[a-z0-9-]{1,63}(?<!-)(\.(?!-)[a-z0-9-]{1,63}(?<!-))*", re.IGNORECASE | re.ASCII)
 BACKDATED = timedelta(hours=1)  # a robot without a network may boot with a clock that is a little behind
 
 
@@ -60,6 +62,18 @@ def issue(authority: Identity, name: str, hosts: Sequence[str], now_ns: int, day
         .add_extension(x509.SubjectAlternativeName([_reached_at(host) for host in (name, *hosts)]), critical=False)
     )
     return Identity(name, builder.sign(authority.key, hashes.SHA256()), key)
+
+
+def require_host(text: str) -> str:
+    """The text where it is an address or a DNS name; raises ValueError. Others would make a certificate for nobody."""
+    try:
+        ipaddress.ip_address(text)
+    except ValueError:
+        if not HOST.fullmatch(text):
+            raise ValueError(
+                f"a host is an address or a name like g1.local (letters, digits, -), got {text!r}"
+            ) from None
+    return text
 
 
 def write_new(path: Path, content: bytes, mode: int) -> None:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
+import shutil
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -14,8 +17,21 @@ NOTE = "// Made by openbelief certs. docs/security.md says what each part is for
 
 
 def make_site(folder: Path, site: ZenohSite, names: Sequence[str], now_ns: int, days: int) -> list[Path]:
-    """Everything of a new site; FileExistsError where the folder is there. Returns the files."""
-    folder.mkdir(mode=0o700, parents=True, exist_ok=False)
+    """Everything of a new site, or nothing; FileExistsError where the folder is there. Returns the files."""
+    if os.path.lexists(folder):
+        raise FileExistsError(f"{folder} exists")
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    unfinished = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))  # 0700
+    try:
+        _write_site(unfinished, site, names, now_ns, days)
+        unfinished.rename(folder)
+    except BaseException:
+        shutil.rmtree(unfinished)
+        raise
+    return sorted(path for path in folder.rglob("*") if path.is_file())
+
+
+def _write_site(folder: Path, site: ZenohSite, names: Sequence[str], now_ns: int, days: int) -> None:
     authority = make_authority(f"openbelief site {site.robot}", now_ns, days)
     authority.write(folder, "ca")
     hosts = list(dict.fromkeys([site.robot, LOOPBACK, "localhost", *names]))
@@ -27,7 +43,6 @@ def make_site(folder: Path, site: ZenohSite, names: Sequence[str], now_ns: int, 
     _write(folder / ROBOT / "robot.toml", _section(site.local_endpoint, site.namespace, None))
     for name in (WORKSTATION, VIEWER):
         _write(folder / name / "robot.toml", _section(site.endpoint, site.namespace, name))
-    return sorted(path for path in folder.rglob("*") if path.is_file())
 
 
 def _write_machine(folder: Path, authority: Identity, identity: Identity) -> None:

@@ -8,10 +8,14 @@ from __future__ import annotations
 
 import argparse
 import ipaddress
+import re
+from collections.abc import Callable
 from pathlib import Path
 
 from robot_app.cli import Failure, print_json
 
+NAMESPACE = re.compile(r"/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*|/?", re.ASCII)  # ROS 2's rule for names
+PLACE = re.compile(r"(/[\w.+@-]+)+/?", re.ASCII)
 EXAMPLE = "openbelief certs -o site-certs --robot 192.168.123.164"
 
 
@@ -20,12 +24,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--robot", type=_address, required=True, metavar="ADDRESS", help="the robot's, where it listens"
     )
-    parser.add_argument("--name", action="append", default=[], metavar="HOST", help="another name of the robot (again)")
+    parser.add_argument(
+        "--name", type=_host, action="append", default=[], metavar="HOST", help="another name of the robot (again)"
+    )
     parser.add_argument("--port", type=int, default=7447, help="default 7447")
-    parser.add_argument("--namespace", default="", help='the bridge\'s, like "/g1" (default: none)')
+    parser.add_argument(
+        "--namespace", type=_matching(NAMESPACE, "/g1"), default="", help='the bridge\'s, like "/g1" (default: none)'
+    )
     parser.add_argument("--days", type=int, default=365, help="how long they are valid (default 365)")
     parser.add_argument(
-        "--installed", default="/etc/openbelief", metavar="DIR", help="the folder's place on the robot (this default)"
+        "--installed",
+        type=_matching(PLACE, "/etc/openbelief"),
+        default="/etc/openbelief",
+        metavar="DIR",
+        help="the folder's place on the robot (default /etc/openbelief)",
     )
 
 
@@ -49,6 +61,24 @@ def run(options: argparse.Namespace) -> int:
         print("\n".join(map(str, written)))
         print(f"Copy {options.output}/robot to {options.installed} on the robot, each other folder to its machine.")
     return 0
+
+
+def _host(text: str) -> str:
+    from robot_app.certificates import require_host
+
+    try:
+        return require_host(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
+
+
+def _matching(pattern: re.Pattern[str], example: str) -> Callable[[str], str]:
+    def check(text: str) -> str:
+        if not pattern.fullmatch(text):
+            raise argparse.ArgumentTypeError(f"something like {example} is needed, got {text!r}")
+        return text
+
+    return check
 
 
 def _address(text: str) -> str:

@@ -242,6 +242,39 @@ def test_keys_are_their_owners_alone_and_are_never_overwritten(
     assert not (tmp_path / "site" / "viewer" / "workstation.key").exists()
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--namespace", 'g1"]x **'],
+        ["--namespace", "/g1/*"],
+        ["--namespace", "g1//a"],
+        ["--name", "http://x y"],
+        ["--name", "bäd host"],
+        ["--name", "g1..local"],
+        ["--name", "-g1"],
+        ["--name", "g1\n"],
+        ["--installed", "somewhere"],
+        ["--installed", '/etc/"x'],
+    ],
+)
+def test_what_is_no_name_is_refused_before_anything_is_written(
+    words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["certs", "-o", str(tmp_path / "site"), "--robot", "192.168.123.164", *words])
+    assert ended.value.code == 2
+    assert words[0] in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_site_that_cannot_be_made_leaves_nothing_in_the_way_of_the_next_attempt(tmp_path: Path) -> None:
+    with pytest.raises(ValueError):
+        make_site(tmp_path / "site", ZenohSite("127.0.0.1"), ["bäd host"], time.time_ns(), days=2)
+    assert not list(tmp_path.iterdir())
+    make_site(tmp_path / "site", ZenohSite("127.0.0.1"), ["g1.local"], time.time_ns(), days=2)
+    assert stat.S_IMODE((tmp_path / "site").stat().st_mode) == 0o700
+
+
 @pytest.mark.parametrize("address", ["0.0.0.0", "robot", "224.0.0.1"])
 def test_a_robot_that_would_listen_everywhere_is_refused(
     address: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
