@@ -186,10 +186,10 @@ class McapFile:
 
 
 def require_free(*paths: Path) -> None:
-    """Raises FileExistsError, or FileNotFoundError where their folder is missing; the text is one line with a remedy."""
+    """Raises FileExistsError, or FileNotFoundError where the folder is missing: one line with the remedy."""
     for path in paths:
         if not path.parent.is_dir():
-            raise FileNotFoundError(f"{path.parent} is no folder: make it (mkdir -p {path.parent}), or name another file")
+            raise FileNotFoundError(f"{path.parent} is no folder: make it first, or name a file elsewhere")
         if path.exists():
             raise FileExistsError(f"{path} exists and is never overwritten: move it away, or name another file")
 
