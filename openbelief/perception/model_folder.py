@@ -91,7 +91,7 @@ class ModelFolder:
         except ModelFileError as error:
             raise ModelFolderError(str(error)) from error
         if network.providers[0] != provider:  # onnxruntime falls back to the CPU with a log line only
-            raise ModelFolderError(f"{graph} cannot run on {self.device}: the driver or its libraries are missing.")
+            raise ModelFolderError(f"{graph} cannot run with {provider}: the driver or its libraries are missing.")
         return network
 
     def _device(self, available: list[str]) -> str:

@@ -1,7 +1,8 @@
 """SAM 3 to ONNX: vision encoder, text encoder and decoder, so that phrases share one encoding of an image.
 
     .venv-export/bin/python scripts/export/sam3.py CHECKPOINT -o models/sam3    # a folder that save_pretrained wrote
-    .venv-export/bin/python scripts/export/sam3.py --small 0 -o /tmp/sam3       # random weights, small, for tests
+    .venv-export/bin/python scripts/export/sam3.py --random 0 -o /tmp/sam3      # the real size at random weights
+    .venv-export/bin/python scripts/export/sam3.py --small 0 -o /tmp/sam3       # the same parts, small, for tests
 
 The checkpoint is a local folder: fetch it first, under its own licence.
 """
@@ -129,6 +130,14 @@ def small(seed: int, merge_count: int = MERGES) -> tuple[Sam3Model, Sam3Processo
     return small_model(seed, len(vocabulary(merge_count))), small_processor(112, merge_count)
 
 
+def full(seed: int) -> tuple[Sam3Model, Sam3Processor]:
+    """The real configuration at random weights: to measure time and memory, not to see anything."""
+    torch.manual_seed(seed)
+    model = Sam3Model(Sam3Config()).eval()
+    scatter(model)
+    return model, small_processor(model.config.image_size, MERGES)
+
+
 def export(model: Sam3Model, processor: Sam3Processor, folder: Path, architecture: str) -> None:
     """The three networks, tokenizer.json and model.json into an empty folder."""
     model.set_attn_implementation("eager")  # torch's fused attention does not decompose with a bias and a free n
@@ -187,6 +196,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     source = parser.add_mutually_exclusive_group(required=True)
     source.add_argument("checkpoint", nargs="?", type=Path, help="folder with config.json, weights and tokenizer")
+    source.add_argument("--random", type=int, metavar="SEED", help="random weights, the real configuration")
     source.add_argument("--small", type=int, metavar="SEED", help="random weights, a small configuration")
     parser.add_argument("-o", "--out", type=Path, required=True, help="a new folder")
     options = parser.parse_args()
@@ -194,6 +204,8 @@ def main() -> None:
         model = Sam3Model.from_pretrained(options.checkpoint, local_files_only=True).eval()
         processor = Sam3Processor.from_pretrained(options.checkpoint, local_files_only=True)
         export(model, processor, empty_folder(options.out), "SAM3")
+    elif options.random is not None:
+        export(*full(options.random), empty_folder(options.out), "SAM3-random")
     else:
         export(*small(options.small), empty_folder(options.out), "SAM3-small-random")
     print(f"{options.out}: SAM 3 for `openbelief map --perception paper`")
