@@ -30,12 +30,39 @@ from openbelief.target_phrase import target_phrase
         ("anvil", "anvil", None),
         ("go-kart", "go-kart", None),
         ("seat", "seat", None),
+        ("I'm looking for a red suitcase", "red suitcase", None),
+        ("we are looking for the keys", "keys", None),
+        ("show me where the lamp is", "lamp", None),
+        ("Do you know where my glasses are?", "glasses", None),
+        ("tell me where the lamp in the hall is, please", "lamp in the hall", "hall"),
+        ("navigate me to the sofa", "sofa", None),
+        ("let me see the aquarium", "aquarium", None),
+        ("which way to the bathroom sink?", "bathroom sink", None),
+        ("how do I get to the lift", "lift", None),
+        ("is the kettle in the kitchen?", "kettle in the kitchen", "kitchen"),
+        ("are there any chairs", "chairs", None),
+        ("a robot vacuum", "robot vacuum", None),
+        ("robot vacuum", "robot vacuum", None),
+        ("Robot, take me to the robot vacuum", "robot vacuum", None),
+        ("hey robot find the hello kitty doll", "hello kitty doll", None),
+        ('take me to "the lamp', "lamp", None),
+        ('"take me to the" lamp', "lamp", None),
+        ("take me to the \u201cred lamp\u201d", "red lamp", None),
+        ("where\u2019s the 'cat'", "cat", None),
+        ("the children's chair", "children's chair", None),
+        ("wall in the kitchen", "wall in the kitchen", "kitchen"),
         ("take me to the\u200b \x07LAMP\n", "lamp", None),
     ],
 )
 def test_the_thing_is_what_is_left_of_the_sentence(sentence, text, place):
     found = target_phrase(sentence)
     assert (found.text, found.place) == (text, place)
+
+
+def test_what_is_asked_for_by_name_is_the_thing_and_not_where_it_is():
+    things = {"the wall in the kitchen": "wall", "a screen on the wall": "screen", "lamp by the window": "lamp"}
+    assert {sentence: target_phrase(sentence).thing for sentence in things} == things
+    assert target_phrase("floor lamp").thing == "floor lamp" and target_phrase("white wall").thing == "white wall"
 
 
 @pytest.mark.parametrize("sentence", ["", "   ", "?!", "\x00\x1b", "\u200b", "take me to the", "please", "lamp " * 100])
