@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from openbelief.arrays import Array, points_array
+from openbelief.evidence import digest
 from openbelief.observation import Observation
 from openbelief.parameters import Parameters
 
@@ -32,7 +34,8 @@ def overlap(P: Array, Q: Array, radius: float) -> float:
 def associate(observations: Sequence[Observation], parameters: Parameters) -> Array:
     """(n,) int64 component of each observation under eq. association, whatever the order they come in.
 
-    Components are numbered by their smallest (recording, frame, mask). Raises ValueError on features of unlike length.
+    Components are numbered by their smallest (recording, frame, mask), repeats by what they say. Raises ValueError on
+    features of unlike length.
     """
     association = Association(parameters)
     for observation in observations:
@@ -46,7 +49,7 @@ class Association:
     def __init__(self, parameters: Parameters) -> None:
         _check_radius(parameters.radius_m)
         self._parameters = parameters
-        self._keys: list[tuple[str, int, int]] = []
+        self._observations: list[Observation] = []
         self._clouds: list[_Cloud] = []
         self._parent: list[int] = []
         self._boxes = _Rows(6)
@@ -59,16 +62,21 @@ class Association:
             if self._root(other) != self._root(len(self._clouds)) and self._overlaps(cloud, self._clouds[other]):
                 self._parent[self._root(other)] = self._root(len(self._clouds))
         self._clouds.append(cloud)
-        self._keys.append(observation.key)
+        self._observations.append(observation)
 
     def labels(self) -> Array:
         """(n,) int64, one per observation in the order they were added."""
-        first: dict[int, tuple[tuple[str, int, int], int]] = {}
-        for index, key in enumerate(self._keys):
+        first: dict[int, tuple[tuple[str, int, int], bytes]] = {}
+        for index, order in enumerate(self._orders()):
             root = self._root(index)
-            first[root] = min(first.get(root, (key, index)), (key, index))
+            first[root] = min(first.get(root, order), order)
         rank = {root: label for label, root in enumerate(sorted(first, key=first.__getitem__))}
-        return np.array([rank[self._root(i)] for i in range(len(self._keys))], dtype=np.int64)
+        return np.array([rank[self._root(i)] for i in range(len(self._observations))], dtype=np.int64)
+
+    def _orders(self) -> Iterator[tuple[tuple[str, int, int], bytes]]:
+        """The canonical order of each observation; what it says is only hashed where its key is repeated."""
+        times = Counter(o.key for o in self._observations)
+        return ((o.key, digest(o) if times[o.key] > 1 else b"") for o in self._observations)
 
     def _candidates(self, cloud: _Cloud, feature: Array) -> list[int]:
         """Earlier observations whose boxes, grown by r, touch this one's and whose features pass tau_v."""

@@ -82,6 +82,13 @@ def test_repeated_frame_and_mask_are_accepted():
     assert associate([seen(GRID), seen(GRID), seen(GRID + np.float32(9))], Parameters()).tolist() == [0, 0, 1]
 
 
+def test_repeats_of_a_frame_and_mask_have_their_numbers_whatever_the_order():
+    views = [seen(GRID + np.float32(9 * k)) for k in range(4)]
+    labels = associate(views, Parameters()).tolist()
+    assert sorted(labels) == [0, 1, 2, 3]
+    assert associate(views[::-1], Parameters()).tolist() == labels[::-1]
+
+
 def test_components_are_numbered_by_their_smallest_key():
     views = [seen(GRID, frame=7), seen(GRID + np.float32(9), frame=3), seen(GRID, frame=9)]
     assert associate(views, Parameters()).tolist() == [1, 0, 1]
