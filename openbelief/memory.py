@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from numbers import Integral
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -21,6 +22,7 @@ from openbelief.parameters import Parameters
 from openbelief.phrase import is_background
 from openbelief.projection import check_projection, project_language, project_node
 from openbelief.retrieval import Candidate, best_first, check_readout, score
+from openbelief.rooms import Room, room_at
 from openbelief.target_phrase import target_phrase
 
 if TYPE_CHECKING:
@@ -44,7 +46,8 @@ class ObjectMemory:
     """Make one with `build` or `open`. Nothing in it can be changed; belief follows from observations and parameters.
 
     observations, digests, partition: the evidence in canonical order, its hashes, and the object each belongs to.
-    embeddings: phrase -> (d,) float32. frames: what mapping dealt with. about: where it came from (JSON).
+    embeddings: phrase -> (d,) float32. frames: what mapping dealt with. about: where it came from (JSON). rooms: where
+    things are said to stand; they rank nothing, and the content hash does not cover them.
     """
 
     objects: tuple[ObjectNode, ...]
@@ -59,6 +62,7 @@ class ObjectMemory:
     embeddings: Mapping[str, Array] = field(repr=False)
     frames: tuple[FrameRecord, ...] = field(repr=False)
     about: Mapping[str, Any] = field(repr=False)
+    rooms: tuple[Room, ...] = field(repr=False, default=())
     text_encoder: TextEncoder | None = field(repr=False, default=None)
 
     @classmethod
@@ -71,6 +75,7 @@ class ObjectMemory:
         feature_text_aligned: bool = True,
         frames: Iterable[FrameRecord] = (),
         about: Mapping[str, Any] | None = None,
+        rooms: Iterable[Room] = (),
     ) -> ObjectMemory:
         """Associate, then believe. Object ids are ranks by each object's smallest (recording, frame, mask).
 
@@ -94,6 +99,7 @@ class ObjectMemory:
             feature_text_aligned=feature_text_aligned,
             frames=tuple(sorted(frames)) or _frames_of(evidence),
             about=about or {},
+            rooms=tuple(rooms),
             text_encoder=text_encoder,
         )
 
@@ -118,6 +124,7 @@ class ObjectMemory:
             feature_text_aligned=meta["feature_text_aligned"],
             frames=stored.frames,
             about=meta["about"],
+            rooms=stored.rooms,
         )
         if memory.content_hash != meta["content_hash"]:
             raise store.BeliefFileError(store.damaged(Path(path), "its content hash is not what its evidence gives"))
@@ -131,6 +138,12 @@ class ObjectMemory:
                 f"{text_encoder.id!r} ({text_encoder.dim}): open it with its own, or map again."
             )
         return replace(self, text_encoder=text_encoder)
+
+    def with_rooms(self, rooms: Iterable[Room]) -> ObjectMemory:
+        """The same memory, of the same content hash, whose objects stand in these rooms."""
+        named = tuple(rooms)
+        nodes = tuple(replace(node, room=room_at(node.centroid[:2], named)) for node in self.objects)
+        return replace(self, objects=nodes, rooms=named)
 
     def rebuilt(self, parameters: Parameters) -> ObjectMemory:
         """The memory that other parameters make of the same evidence; needs neither perception nor text encoder.
@@ -153,6 +166,7 @@ class ObjectMemory:
             feature_text_aligned=self.feature_text_aligned,
             frames=self.frames,
             about=self.about,
+            rooms=self.rooms,
             text_encoder=self.text_encoder,
         )
 
@@ -168,6 +182,7 @@ class ObjectMemory:
         text_encoder_id: str,
         feature_text_aligned: bool,
         about: Mapping[str, Any],
+        rooms: tuple[Room, ...],
         **rest: Any,
     ) -> ObjectMemory:
         """The objects, derived: the same evidence, partition and parameters give the same memory."""
@@ -176,7 +191,7 @@ class ObjectMemory:
         for observation, object_id in zip(evidence, partition, strict=True):
             members.setdefault(object_id, []).append(observation)
         return cls(
-            objects=tuple(make_node(i, members[i], embeddings, threshold, parameters) for i in sorted(members)),
+            objects=tuple(make_node(i, members[i], embeddings, threshold, parameters, rooms) for i in sorted(members)),
             parameters=parameters,
             text_encoder_id=text_encoder_id,
             feature_text_aligned=feature_text_aligned,
@@ -186,6 +201,7 @@ class ObjectMemory:
             partition=tuple(partition),
             embeddings=MappingProxyType(dict(embeddings)),
             about=MappingProxyType(dict(about)),
+            rooms=rooms,
             **rest,
         )
 
@@ -205,10 +221,14 @@ class ObjectMemory:
         """Candidates, best first, ties by lowest id.
 
         query: a sentence ranks foreground nodes by its target phrase (background ones only when asked for by name);
-        a (d,) vector ranks every node. readout: "consensus" | "early" | "belief". exclude: R_q, object ids.
-        Raises ValueError on an empty sentence, a vector that is not finite, or a sentence without an encoder.
+        a (d,) vector ranks every node. readout: "consensus" | "early" | "belief". exclude: R_q, object ids. limit: at
+        most so many. Raises ValueError on an empty sentence, a vector that is not finite, a negative limit, or a
+        sentence without an encoder.
         """
         known = check_readout(readout)
+        _check_limit(limit)
+        if not self._is_asked(query):
+            return []
         vector, nodes = self._ask(query)
         candidates = score(nodes, vector, known, self.parameters, self.feature_text_aligned)
         return best_first(candidates, frozenset(exclude))[:limit]
@@ -248,15 +268,20 @@ class ObjectMemory:
         rows = [one(node, table, known, self.parameters) for node in self.objects]
         return np.array(rows).reshape(len(self.objects), len(table))
 
+    def _is_asked(self, query: str | Array) -> bool:
+        """False where there is nothing to rank, which needs no encoder; what asks nothing is refused all the same."""
+        if self.objects or not isinstance(query, str):
+            return True
+        target_phrase(query)
+        return False
+
     def _ask(self, query: str | Array) -> tuple[Array, list[ObjectNode]]:
         """(d,) float64 unit query and the nodes that it ranks."""
         if not isinstance(query, str):
-            return unit_rows(np.asarray(query, dtype=np.float64)[None], self.text_dim, "The query vector")[0], list(
-                self.objects
-            )
-        text = target_phrase(query).text
-        vector = unit_rows(self._encoder().encode([text]), self.text_dim, "The encoder's row")[0]
-        return vector, [n for n in self.objects if is_background(text) or not n.background]
+            return unit_rows([_vector(query)], self.text_dim, "The query vector")[0], list(self.objects)
+        target = target_phrase(query)
+        vector = unit_rows(self._encoder().encode([target.text]), self.text_dim, "The encoder's row")[0]
+        return vector, [n for n in self.objects if is_background(target.thing) or not n.background]
 
     def _class_table(self, classes: Sequence[str] | Array) -> Array:
         """(C, d) float64 unit rows."""
@@ -274,6 +299,22 @@ class ObjectMemory:
                 "or ask with a vector."
             )
         return self.text_encoder
+
+
+def _check_limit(limit: Any) -> None:
+    if limit is not None and not (isinstance(limit, Integral) and int(limit) >= 0):
+        raise ValueError(f"The limit should be a whole number from 0 or None, got {limit!r}.")
+
+
+def _vector(query: Any) -> Array:
+    """(d,) float64; raises ValueError on what is neither a sentence nor a vector."""
+    try:
+        vector = np.asarray(query, dtype=np.float64)
+    except (TypeError, ValueError):
+        vector = np.empty(())
+    if vector.ndim != 1:
+        raise ValueError(f"The query should be a sentence or a (d,) vector, got {type(query).__name__}.")
+    return vector
 
 
 def _check_features(evidence: Sequence[Observation], dim: int | None) -> None:

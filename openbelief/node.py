@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
 from openbelief.arrays import Array, read_only
-from openbelief.belief import Concept, Trust, concepts, consensus, trust, visual_feature
+from openbelief.belief import Concept, Trust, concepts, consensus, phrase_support, trust, visual_feature
 from openbelief.observation import Observation
 from openbelief.parameters import Parameters
 from openbelief.phrase import is_background
+from openbelief.rooms import Room, room_at
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +23,8 @@ class ObjectNode:
     points: P_i, (n, 3) float32, map frame, metres: the observations' points, repeats once. feature: f_i^v, (d,)
     float32. observations: in canonical order. concepts: V_i, p_i and g_i by falling support, () without language.
     consensus: f_i^t, (d,) float32, None without language. trust: rho_i. aabb: (2, 3) float32, min and max.
-    centroid: (3,) float64, mean over the occupied voxels. room: None where unknown.
+    centroid: (3,) float64, mean of the unique voxels' centres. heaviest_phrase: the one with most support, whichever
+    concept it belongs to; None without language. room: the one around the centroid, None where none is known.
     """
 
     id: int
@@ -34,6 +36,7 @@ class ObjectNode:
     trust: Trust
     aabb: Array
     centroid: Array
+    heaviest_phrase: str | None = None
     room: str | None = None
 
     @property
@@ -44,7 +47,7 @@ class ObjectNode:
     @property
     def background(self) -> bool:
         """True for what a robot is not sent to, by its heaviest phrase: a wall, the floor."""
-        return self.label is not None and is_background(self.label)
+        return self.heaviest_phrase is not None and is_background(self.heaviest_phrase)
 
     @property
     def frames(self) -> int:
@@ -68,12 +71,14 @@ def make_node(
     embeddings: Mapping[str, Array],
     threshold: float,
     parameters: Parameters,
+    rooms: Sequence[Room] = (),
 ) -> ObjectNode:
     """B_i of its observations, in canonical order; `embeddings` holds every comparable phrase."""
     points = unique_rows(np.concatenate([o.points for o in members]))
     hypotheses = concepts(members, embeddings, threshold, parameters)
     belief = np.array([c.belief for c in hypotheses])
     rows = np.array([c.embedding for c in hypotheses], dtype=np.float64)
+    support, centroid = phrase_support(members, parameters), _centroid(points, parameters.voxel_m)
     return ObjectNode(
         id=object_id,
         points=read_only(points),
@@ -83,7 +88,9 @@ def make_node(
         consensus=read_only(consensus(belief, rows).astype(np.float32)) if hypotheses else None,
         trust=trust(members, parameters),
         aabb=read_only(np.array([points.min(axis=0), points.max(axis=0)])),
-        centroid=read_only(_centroid(points, parameters.voxel_m)),
+        centroid=read_only(centroid),
+        heaviest_phrase=max(support, key=support.__getitem__, default=None),
+        room=room_at(centroid[:2], rooms),
     )
 
 
@@ -94,9 +101,5 @@ def unique_rows(rows: Array) -> Array:
 
 
 def _centroid(points: Array, voxel_m: float) -> Array:
-    """(3,) float64: the mean over occupied voxels, each at the mean of its points, so dense views do not pull it."""
-    voxels = np.floor(points / voxel_m).astype(np.int64)
-    order = np.lexsort(voxels.T[::-1])
-    starts = np.flatnonzero(np.append(True, (np.diff(voxels[order], axis=0) != 0).any(axis=1)))
-    counts = np.diff(np.append(starts, len(order)))
-    return (np.add.reduceat(points[order].astype(np.float64), starts, axis=0) / counts[:, None]).mean(axis=0)
+    """(3,) float64: the mean of the occupied voxels' centres, each once, so dense views do not pull it."""
+    return ((unique_rows(np.floor(points.astype(np.float64) / voxel_m)) + 0.5) * voxel_m).mean(axis=0)

@@ -20,6 +20,7 @@ from openbelief.arrays import Array
 from openbelief.evidence import FrameRecord, canonical_order
 from openbelief.observation import Observation
 from openbelief.parameters import Parameters
+from openbelief.rooms import Room, rooms_of
 from openbelief.store_rows import COLUMNS, SCHEMA, blob, floats, from_row, seal, to_row
 
 if TYPE_CHECKING:
@@ -42,6 +43,7 @@ class Stored:
     partition: list[int]
     embeddings: dict[str, Array]
     frames: tuple[FrameRecord, ...]
+    rooms: tuple[Room, ...]
     meta: dict[str, Any]
 
 
@@ -136,6 +138,7 @@ class BeliefStore:
             self._db.execute("DELETE FROM phrases")
             self._db.executemany("INSERT INTO phrases VALUES (?, ?)", phrases)
             self._set_meta("parameters", memory.parameters.to_dict())
+            self._set_meta("rooms", [room.as_json() for room in memory.rooms])
             self._set_meta("content_hash", memory.content_hash)
             self._set_meta("seal", seal(self._db))
         self._db.execute("PRAGMA journal_mode=DELETE")  # a WAL file copied without its companion is broken
@@ -225,7 +228,8 @@ def _read_all(db: sqlite3.Connection, meta: dict[str, Any]) -> Stored:
     order, digests = canonical_order(observations)
     partition = [rows[i][-1] for i in order]
     embeddings = {phrase: floats(row) for phrase, row in db.execute("SELECT phrase, embedding FROM phrases")}
-    return Stored([observations[i] for i in order], digests, partition, embeddings, _read_frames(db), meta)
+    rooms = rooms_of(meta.get("rooms", []))  # older files name none
+    return Stored([observations[i] for i in order], digests, partition, embeddings, _read_frames(db), rooms, meta)
 
 
 def _read_frames(db: sqlite3.Connection) -> tuple[FrameRecord, ...]:

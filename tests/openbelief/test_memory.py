@@ -9,6 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from openbelief import ObjectMemory, Observation, Parameters
+from openbelief.rooms import Room
 
 READOUTS = ("consensus", "early", "belief")
 
@@ -82,7 +83,7 @@ def test_changing_the_arrays_it_was_built_from_does_not_change_it(tiny_encoder):
     view = Observation(0, 0, "box", 0.9, points, np.eye(16, dtype=np.float32)[0])
     memory = ObjectMemory.build([view], tiny_encoder)
     points += 5
-    assert memory.objects[0].centroid.tolist() == [0.0, 0.0, 0.0]
+    assert memory.objects[0].centroid == pytest.approx([0.01, 0.01, 0.01])  # the centre of their one voxel
     assert memory.objects[0].observations[0].points.max() == 0.0
 
 
@@ -94,6 +95,12 @@ def test_centroid_is_the_mean_of_unique_voxels(observe, tiny_encoder):
     assert node.aabb == pytest.approx(np.array([[0.01] * 3, [0.19] * 3]), abs=1e-6)
 
 
+def test_points_as_they_come_count_by_the_voxels_they_occupy(tiny_encoder):
+    crowd, stray = np.full((500, 3), 0.001, np.float32), np.full((1, 3), 1.019, np.float32)
+    view = Observation(0, 0, "box", 0.9, np.concatenate([crowd, stray]), np.eye(16, dtype=np.float32)[0])
+    assert ObjectMemory.build([view], tiny_encoder).objects[0].centroid == pytest.approx([0.51] * 3)
+
+
 def test_a_sentence_finds_the_thing_it_names(memory):
     assert memory.rank("take me to the floor lamp, please?")[0].object_id == 2
 
@@ -102,6 +109,35 @@ def test_a_sentence_ranks_no_background_unless_it_asks_for_it(memory, tiny_encod
     assert {c.object_id for c in memory.rank("lamp")} == {0, 1, 2}
     assert memory.rank("the white wall")[0].object_id == 3
     assert {c.object_id for c in memory.rank(np.ones(16))} == {0, 1, 2, 3}
+
+
+def test_background_is_asked_for_by_name_and_not_by_the_place_of_something_else(memory):
+    for asked in ("the wall in the kitchen", "white wall", "the wall behind the lamp"):
+        assert 3 in {c.object_id for c in memory.rank(asked)}, asked
+    for asked in ("a lamp on the wall", "chair by the wall"):
+        assert 3 not in {c.object_id for c in memory.rank(asked)}, asked
+
+
+class Synonyms:
+    """Knows that a couch is a sofa, and nothing else."""
+
+    id, dim = "synonyms", 3
+
+    def encode(self, texts):
+        return np.eye(3, dtype=np.float32)[[1 if text in ("sofa", "couch") else 2 for text in texts]]
+
+
+def test_the_heaviest_phrase_makes_background_whichever_concept_is_heaviest(observe):
+    said = ["wall"] * 5 + ["sofa"] * 4 + ["couch"] * 4
+    views = [observe(phrase, frame=frame, dim=3) for frame, phrase in enumerate(said)]
+    (node,) = ObjectMemory.build(views, Synonyms()).objects
+    assert (node.label, node.heaviest_phrase, node.background) == ("couch", "wall", True)
+    (node,) = ObjectMemory.build(views[1:], Synonyms(), Parameters(weight="uniform")).objects
+    assert (node.label, node.heaviest_phrase, node.background) == (
+        "couch",
+        "couch",
+        False,
+    )  # a tie goes to the alphabet
 
 
 def test_floor_lamps_are_no_floor(observe, tiny_encoder):
@@ -169,6 +205,27 @@ def test_nothing_left_says_why(memory, observe, tiny_encoder):
     assert memory.nothing_because("lamp", exclude={0, 1, 2}) == "all 3 candidates are excluded"
     walls = ObjectMemory.build([observe("wall")], tiny_encoder)
     assert walls.retrieve("lamp") is None and "background" in walls.nothing_because("lamp")
+
+
+def test_an_empty_memory_needs_no_encoder_to_say_that_it_holds_nothing(tiny_encoder, tmp_path):
+    ObjectMemory.build([], tiny_encoder).save(tmp_path / "empty.belief")
+    memory = ObjectMemory.open(tmp_path / "empty.belief")
+    assert memory.retrieve("lamp") is None and memory.rank("lamp") == []
+    assert memory.nothing_because("lamp") == "the memory holds no objects"
+    with pytest.raises(ValueError, match="names nothing"):
+        memory.rank(" ")
+
+
+@pytest.mark.parametrize("query", [None, 5, [1, [2]], b"red chair", ["red", "chair"], np.ones((2, 16))])
+def test_what_is_neither_a_sentence_nor_a_vector_is_refused_as_that(memory, query):
+    with pytest.raises(ValueError, match=r"^The query should be a sentence or a \(d,\) vector, got \w+\.$"):
+        memory.rank(query)
+
+
+@pytest.mark.parametrize("limit", [-1, 2.5, "3"])
+def test_a_limit_that_is_none_is_refused(memory, limit):
+    with pytest.raises(ValueError, match="limit"):
+        memory.rank("lamp", limit=limit)
 
 
 @pytest.mark.parametrize("query", [np.full(16, np.nan), np.zeros(16), np.ones(15), np.ones((2, 16)), "", " ?! ", "the"])
@@ -239,6 +296,21 @@ def test_an_object_longer_than_its_views_explain_is_reported(observe, tiny_encod
     (alarm,) = ObjectMemory.build(row, tiny_encoder).extent_alarms()
     assert alarm.label == 0 and alarm.extent_m == pytest.approx(0.94, abs=1e-5) and "median" in alarm.because
     assert memory.extent_alarms() == []
+
+
+def test_rooms_say_where_things_stand_and_change_nothing_else(memory, tiny_encoder, flat, tmp_path):
+    west, east = (Room(n, [[x, -1], [x + 4, -1], [x + 4, 1], [x, 1]]) for n, x in (("west", -1), ("east", 3)))
+    placed = ObjectMemory.build(flat, tiny_encoder, rooms=[west, east])
+    assert [node.room for node in placed.objects] == ["west", "west", "east", "east"]
+    assert placed.content_hash == memory.content_hash and placed.rank("lamp in the east") == memory.rank(
+        "lamp in the east"
+    )
+    placed.save(tmp_path / "a.belief")
+    opened = ObjectMemory.open(tmp_path / "a.belief", tiny_encoder)
+    for kept in (opened, opened.rebuilt(Parameters(alpha=0.6)), memory.with_rooms([west, east])):
+        assert [node.room for node in kept.objects] == ["west", "west", "east", "east"]
+        assert [room.name for room in kept.rooms] == ["west", "east"]
+    assert [node.room for node in opened.with_rooms([]).objects] == [None] * 4
 
 
 def test_other_parameters_over_the_same_evidence_need_no_encoder(memory, tmp_path):
