@@ -26,8 +26,8 @@ def drive(goal: Pose2, ports: Ports, policy: MissionPolicy, way: Way = ()) -> St
 
     way: the first metres of the path there. A goal that lies in a forbidden zone, or that the lidar sees blocked, is
     UNREACHED without being sent. Where the supervisor holds the robot, the goal is cancelled; once the condition is
-    over and the operator agrees, the way is planned and looked at anew and the goal sent again. Any exception once the goal may be under way cancels it and goes on;
-    RobotMayMove where that went unanswered.
+    over and the operator agrees, the way is planned and looked at anew and the goal sent again. Any exception once the
+    goal may be under way cancels it and goes on; RobotMayMove where that went unanswered.
     """
     try:
         return _unsent(goal, way, ports, policy) or _driven(goal, ports, policy)

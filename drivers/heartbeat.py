@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 import uuid
+from collections.abc import Callable
 from types import TracebackType
 
 from drivers.bridge_keys import BridgeKeys
@@ -27,11 +28,19 @@ RESET_S = 1.0
 
 
 class Heartbeat:
-    """Beats from `with` to its end. Ending in good order, or because an input was refused (ValueError), says goodbye;
-    ending with another exception does not, and then the watchdog on the robot cancels what may still be under way."""
+    """Beats from `with` to its end, as long as `alive` says so. Ending in good order, or because an input was refused
+    (ValueError), says goodbye; ending with another exception does not, and then the watchdog on the robot cancels what
+    may still be under way."""
 
-    def __init__(self, link: ZenohLink, keys: BridgeKeys | None = None, *, workstation: str | None = None) -> None:
-        self._link, self._keys = link, WatchdogKeys(keys or BridgeKeys())
+    def __init__(
+        self,
+        link: ZenohLink,
+        keys: BridgeKeys | None = None,
+        *,
+        workstation: str | None = None,
+        alive: Callable[[], bool] = lambda: True,
+    ) -> None:
+        self._link, self._keys, self._alive = link, WatchdogKeys(keys or BridgeKeys()), alive
         self.workstation = workstation or uuid.uuid4().hex
         self._sequence = 0
         self._stop = threading.Event()
@@ -59,7 +68,7 @@ class Heartbeat:
 
     def resume(self) -> None:
         """Beat, whether or not it was abandoned before; that undoes no latch."""
-        if self._thread is None:
+        if self._thread is None or not self._thread.is_alive():
             self._stop.clear()
             self._thread = threading.Thread(target=self._run, name="heartbeat", daemon=True)
             self._thread.start()
@@ -67,7 +76,8 @@ class Heartbeat:
     def _run(self) -> None:
         due_s = time.monotonic()
         while not self._stop.wait(max(due_s - time.monotonic(), 0.0)):
-            self._beat("alive")
+            if self._alive():
+                self._beat("alive")
             due_s = max(due_s + BEAT_S, time.monotonic())
 
     def _beat(self, state: str) -> None:

@@ -68,6 +68,7 @@ class Watchdog:
         return Action.NONE
 
     def _watched(self, facts: Facts) -> dict[str, int]:
+        self._forgotten = {name: beat for name, beat in self._forgotten.items() if name in facts.beats}
         self._forgotten |= {name: facts.beats[name] for name in facts.left if name in facts.beats}
         return {name: beat for name, beat in facts.beats.items() if beat > self._forgotten.get(name, -1)}
 

@@ -6,6 +6,7 @@ import logging
 import threading
 import time
 from collections.abc import Callable
+from functools import partial
 
 from drivers import ros_action as action
 from drivers.bridge_keys import BridgeKeys
@@ -51,6 +52,7 @@ class WatchdogGuard:
         self._gone: dict[str, int] = {}
         self._left: set[str] = set()
         self._acknowledged = self._driving = False
+        self._trip = self._refusals = 0
         self._told: tuple[State, bool] | None = None
         self._sequence, self._told_ns = 0, 0
         self._lock = threading.RLock()
@@ -75,16 +77,16 @@ class WatchdogGuard:
 
     def step(self) -> None:
         """Judge, act, tell. Raises PortError where a handler failed, LinkLost where our own session is closed."""
-        self._link.check()
         with self._lock:
             was_latched = self._watchdog.latched
             wanted = self._watchdog.update(self._now_ns(), self._facts())
             if self._watchdog.latched and not was_latched:
-                self._acknowledged = False
+                self._acknowledged, self._refusals, self._trip = False, 0, self._trip + 1
                 logger.error("WATCHDOG: %s; cancelling every navigation goal", self._watchdog.reason)
         if wanted is Action.CANCEL:
-            self._navigate.cancel_later(action.ALL_GOALS, CANCEL_S, self._hear_answer)
+            self._navigate.cancel_later(action.ALL_GOALS, CANCEL_S, partial(self._hear_answer, self._trip))
         self._tell()
+        self._link.check()  # last: a handler that fails keeps nobody from cancelling
 
     def _facts(self, *, reset: bool = False) -> Facts:
         return Facts(
@@ -136,13 +138,20 @@ class WatchdogGuard:
     def _hear_goals(self, statuses: dict[bytes, int]) -> None:
         self._driving = any(status in (action.ACCEPTED, action.EXECUTING) for status in statuses.values())
 
-    def _hear_answer(self, answer: Answer) -> None:
+    def _hear_answer(self, trip: int, answer: Answer) -> None:
+        """An answer to the cancel of an earlier trip says nothing about this one."""
         code = None if answer.message is None else int(answer.message.return_code)
-        if code in TAKEN:
-            with self._lock:
+        with self._lock:
+            if trip != self._trip:
+                return
+            if code in TAKEN:
                 self._acknowledged = True
-        else:
-            logger.error("WATCHDOG: the cancel was not taken: %s", answer.why or f"Nav2 answered {code}")
+                return
+            self._refusals += 1
+            refusals = self._refusals
+        if refusals & (refusals - 1) == 0:  # 1, 2, 4, 8 ...: five a second would bury the rest of the log
+            why = answer.why or f"Nav2 answered {code}"
+            logger.error("WATCHDOG: the cancel was not taken (%d times so far): %s", refusals, why)
 
     def _reset(self, _payload: bytes) -> bytes:
         """A person asks: refused while Nav2 has not acknowledged the cancel. Nothing moves by it."""

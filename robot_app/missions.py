@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from behaviors.events import USE_THE_REMOTE, Outcome
@@ -44,7 +44,7 @@ class Missions:
         self._parameters = config.mission_parameters(memory.parameters)
         self.watch = watch
         perception = mission_perception(config, mission_text_encoder(config))
-        self.ports = robot.ports(operator, perception, watch.safety)
+        self.ports = replace(robot.ports(operator, perception, watch.safety), navigator=watch.navigator)
 
     def ask(self, sentence: str, trial: Path | None = None) -> Recorded:
         """Run one mission to its end. Raises ValueError where the sentence names nothing."""

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 from behaviors.supervision import Sources, Supervision, nothing_wrong
 from drivers.heartbeat import Heartbeat, WatchdogView
-from drivers.ports import Safety
+from drivers.ports import Navigator, Safety
+from drivers.pulse import Pulse
 from drivers.zenoh_link import ZenohLink
 from openbelief.memory import ObjectMemory
 from robot_app.app import Robot
@@ -24,9 +25,11 @@ ARRIVING = {"pose", "camera", "cloud", "battery unknown"}  # conditions that the
 
 @dataclass(frozen=True)
 class Watch:
-    """watchdog: the robot's, as it is heard here; a simulated robot has none."""
+    """navigator: the robot's, whose goals keep the heart beating only while they are watched. watchdog: the robot's, as
+    it is heard here; a simulated robot has none."""
 
     safety: Safety
+    navigator: Navigator
     heartbeat: Heartbeat
     watchdog: WatchdogView
 
@@ -50,12 +53,13 @@ def watched(config: Config, robot: Robot, memory: ObjectMemory) -> Iterator[Watc
         watchdog=watchdog.trouble if needed else nothing_wrong,
         memory=memory,
     )
-    with Heartbeat(wire.link, wire.keys) as heartbeat:
+    pulse = Pulse(robot.navigator)
+    with Heartbeat(wire.link, wire.keys, alive=pulse.beats) as heartbeat:
         if needed:
             _await_armed(watchdog)
         safety = Supervision(sources, config.safety)
         _await_first_data(robot, safety)
-        yield Watch(safety, heartbeat, watchdog)
+        yield Watch(safety, pulse, heartbeat, watchdog)
 
 
 def _await_armed(watchdog: WatchdogView) -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import threading
 from contextlib import ExitStack
 from dataclasses import dataclass
 
 import pytest
 
 from drivers.heartbeat import Heartbeat, WatchdogView
+from drivers.ports import LinkLost, PortError
 from drivers.watchdog import State
 from drivers.watchdog_guard import WatchdogGuard
 from drivers.zenoh_link import ZenohLink
@@ -34,6 +36,7 @@ class Deadman:
 def deadman(rig):
     with ExitStack() as opened:
         link = opened.enter_context(ZenohLink(rig.link.config))
+        link.subscribe("broken", lambda payload: 1 / len(payload))  # before the heartbeat's, so it is known by then
         made = Deadman(None, WatchdogView(rig.link))  # type: ignore[arg-type]
         made.guard = WatchdogGuard(link, now_ns=lambda: round(made.now_s * 1e9))
         made.guard.start()
@@ -81,6 +84,51 @@ def test_a_reset_is_refused_while_nav2_has_not_acknowledged(rig, deadman, eventu
         assert not reply.ok and "remote" in reply.reason
         rig.site.nav2_faults.cancel_code = None
         eventually(lambda: bool(deadman.step(0.3)) and deadman.view.reset().ok)
+
+
+def test_a_heart_whose_link_once_refused_a_beat_can_be_made_to_beat_again(rig, deadman, eventually, monkeypatch):
+    def refuse(*_: object, **__: object) -> None:
+        raise LinkLost("The Zenoh link is closed.")
+
+    with Heartbeat(rig.link) as heartbeat:
+        eventually(lambda: deadman.step() is State.ARMED)
+        with monkeypatch.context() as broken:
+            broken.setattr(rig.link, "put", refuse)
+            eventually(lambda: not any(t.name == "heartbeat" for t in threading.enumerate()))
+        assert deadman.step(1.0) is State.LATCHED
+        eventually(lambda: bool(deadman.step(0.3)) and deadman.view.reset().ok)
+        heartbeat.resume()
+        eventually(lambda: deadman.step() is State.ARMED)
+
+
+def test_a_late_answer_to_an_earlier_trip_acknowledges_nothing(rig, deadman, eventually, caplog):
+    with Heartbeat(rig.link) as heartbeat:
+        eventually(lambda: deadman.step() is State.ARMED)
+        heartbeat.abandon()
+        rig.site.nav2_faults.slow_s = 0.5  # the answer to the first trip's second cancel comes after the reset
+        deadman.step(1.0)
+        deadman.step(0.3)
+        eventually(lambda: deadman.guard.status.acknowledged and deadman.view.reset().ok)
+        rig.site.nav2_faults.cancel_code = 1  # from now on cancels are refused
+        heartbeat.resume()
+        eventually(lambda: deadman.step() is State.ARMED)
+        heartbeat.abandon()
+        assert deadman.step(1.0) is State.LATCHED
+        eventually(lambda: bool(deadman.step(0.3)) and "the cancel was not taken" in caplog.text)
+        assert not deadman.guard.status.acknowledged
+
+
+def test_a_handler_that_fails_does_not_keep_the_watchdog_from_cancelling(rig, deadman, eventually, caplog):
+    with Heartbeat(rig.link) as heartbeat:
+        eventually(lambda: deadman.step() is State.ARMED)
+        assert rig.nav.send(FAR) is None
+        heartbeat.abandon()
+        rig.link.put("broken", b"")
+        eventually(lambda: "a Zenoh callback failed" in caplog.text)
+        with pytest.raises(PortError, match="ZeroDivisionError"):
+            deadman.step(1.0)
+        eventually(lambda: deadman.step() is State.LATCHED and deadman.guard.status.acknowledged)
+        assert not rig.robot.moving
 
 
 def test_a_workstation_that_says_goodbye_stops_nothing(rig, deadman, eventually):
