@@ -21,7 +21,10 @@ NOTHING_TO_COMPARE = -1.0  # the lowest cosine: a node without language whose fe
 
 @dataclass(frozen=True)
 class Candidate:
-    """An object and how well it fits a query: the fused score, and its channels (None where there is none)."""
+    """An object and how well it fits a query: the fused score, and its channels (None where there is none).
+
+    language: H_i; where features are not text-aligned, H_i as far as its node is trusted (`as_far_as_trusted`).
+    """
 
     object_id: int
     score: float
@@ -68,8 +71,8 @@ def fuse(visual: float, language: float | None, visual_weight: float) -> float:
     return visual if language is None else visual_weight * visual + (1.0 - visual_weight) * language
 
 
-def fuse_language_only(nodes: Sequence[ObjectNode], language: Scores, parameters: Parameters) -> list[float]:
-    """S_i = H_i where features are not text-aligned: lambda = 0, and there is no visual branch for doubt to lean on.
+def as_far_as_trusted(nodes: Sequence[ObjectNode], language: Scores, parameters: Parameters) -> Scores:
+    """H_i where there is no visual branch for doubt to lean on: then lambda = 0, and the score is the language alone.
 
     Degraded nodes still place less weight on language, as in eq. reliability-fusion: theirs is (1 - lambda_i) relative
     to the most trusted nodes of the map. With plain H_i one stray detection called "cup" beats 48 looks at a cup.
@@ -77,7 +80,7 @@ def fuse_language_only(nodes: Sequence[ObjectNode], language: Scores, parameters
     spoken = [1.0 - visual_weight(n, parameters) for n, h in zip(nodes, language, strict=True) if h is not None]
     best = max(spoken, default=0.0) or 1.0
     return [
-        NOTHING_TO_COMPARE if h is None else (1.0 - visual_weight(n, parameters)) / best * h
+        None if h is None else (1.0 - visual_weight(n, parameters)) / best * h
         for n, h in zip(nodes, language, strict=True)
     ]
 
@@ -88,12 +91,14 @@ def score(
     """Every node's candidate for a (d,) float64 unit query, in the order of the nodes."""
     visual: Scores = [float(n.feature.astype(np.float64) @ query) if feature_text_aligned else None for n in nodes]
     language: Scores = [language_score(n, query, readout) for n in nodes]
+    if not feature_text_aligned:
+        language = as_far_as_trusted(nodes, language, parameters)
     seen, said = (visual, language) if parameters.fusion == "paper" else (_standard(visual), _standard(language))
     if feature_text_aligned:
         rows = zip(nodes, seen, said, strict=True)
         fused = [fuse(v, h, visual_weight(n, parameters)) for n, v, h in rows if v is not None]
     else:
-        fused = fuse_language_only(nodes, said, parameters)
+        fused = [NOTHING_TO_COMPARE if h is None else h for h in said]
     return [Candidate(n.id, s, v, h) for n, s, v, h in zip(nodes, fused, visual, language, strict=True)]
 
 

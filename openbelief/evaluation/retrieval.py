@@ -15,7 +15,8 @@ import numpy as np
 
 from openbelief.evaluation.truth import ABSENT, TrueQuery, Truth
 from openbelief.memory import Candidate, ObjectMemory
-from openbelief.retrieval import best_first
+from openbelief.retrieval import best_first, check_readout, language_score
+from openbelief.target_phrase import target_phrase
 
 BOX_MARGIN_M = 0.25
 SUCCESS_M = 1.0
@@ -29,7 +30,7 @@ def evaluate(memory: ObjectMemory, truth: Truth, readout: str = "consensus") -> 
     """
     result = _evaluate(memory, truth, lambda query: memory.rank(query, readout))
     if not memory.feature_text_aligned:
-        alone = _evaluate(memory, truth, lambda query: _language_alone(memory.rank(query, readout)))
+        alone = _evaluate(memory, truth, lambda query: _language_alone(memory, query, readout))
         result["language_alone"] = {k: alone[k] for k in ("queries", "r_at_1", "r_at_3", "sr_at_1m")}
     return {"readout": readout, **result, "nodes": nodes_of(memory, truth)}
 
@@ -135,9 +136,14 @@ def _row(memory: ObjectMemory, candidate: Candidate, right: bool) -> dict[str, A
     }
 
 
-def _language_alone(ranking: list[Candidate]) -> list[Candidate]:
-    spoken = [replace(c, score=c.language) for c in ranking if c.language is not None]
-    return best_first(spoken, frozenset())
+def _language_alone(memory: ObjectMemory, query: str, readout: str) -> list[Candidate]:
+    """The same candidates by their bare H_i, whatever their trust."""
+    ranking, head = memory.rank(query, readout), check_readout(readout)
+    if not ranking or memory.text_encoder is None:
+        return []
+    [vector] = memory.text_encoder.encode([target_phrase(query).text])
+    bare = [(c, language_score(memory.objects[c.object_id], vector.astype(np.float64), head)) for c in ranking]
+    return best_first([replace(c, score=h, language=h) for c, h in bare if h is not None], frozenset())
 
 
 def _origins(observations: Sequence[Any], truth: Truth) -> Counter[int]:
