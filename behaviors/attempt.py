@@ -33,6 +33,7 @@ class Attempt:
         self.candidate, self.node = candidate, node
         self.goals = deque(goals)
         self.looks = ReObservation(node.centroid)
+        self.unseen_because = ""  # no pose can see it; only a person's yes sends the robot there
         self.approach: Approach | None = None
         self.tried = 0
         self.no_path_because = ""

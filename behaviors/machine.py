@@ -27,7 +27,7 @@ class MissionMachine(StateMachine):
 
     asked = query.to(retrieve)
     candidate_found = retrieve.to(confirm)
-    unseen = retrieve.to(exclude)
+    unseen = retrieve.to(exclude) | confirm.to(exclude)
     approved = confirm.to(navigate)
     declined = confirm.to(cancelled)
     arrived = navigate.to(verify)

@@ -17,6 +17,7 @@ it and costs no attempt.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 
 from behaviors.arrival import arrival_frame, camera_mount, robot_pose
@@ -122,7 +123,9 @@ class Mission:
         self._journal.write(chosen_record(query.visits + 1, attempt.label, ranking[0]))
         if not found.poses:
             self._journal.write(no_goal_record(node.id, found.reason))
-            return Step(Event.UNSEEN, found.reason)
+            if not found.blind or self._policy.motion == "allow" or self._policy.unseen == "set aside":
+                return Step(Event.UNSEEN, found.reason)
+            attempt.goals, attempt.unseen_because = deque(found.blind), found.reason
         approach = attempt.next_approach(self._ports, self._journal)
         if approach is None:
             return Step(Event.UNREACHED, attempt.no_path_because)
@@ -132,8 +135,11 @@ class Mission:
         """A person's yes for this candidate: the drive, its other goal pose, and the looks around it."""
         if self._policy.motion == "allow":
             return Step(Event.APPROVED, "the configuration allows motion without asking")
-        event, because = REPLIES[self._ports.operator.confirm(_question(query.current), self._policy.confirm_timeout_s)]
+        attempt = query.current
+        event, because = REPLIES[self._ports.operator.confirm(_question(attempt), self._policy.confirm_timeout_s)]
         stopped = self._stopped() if event is Event.STOP else None  # with the reason, where there is one
+        if event is Event.DECLINED and attempt.unseen_because:
+            return Step(Event.UNSEEN, attempt.unseen_because)  # as if nobody could have been asked
         return stopped or Step(event, because)
 
     def _navigate(self, query: Query, _: Step) -> Step:
@@ -266,6 +272,8 @@ def fingerprint(memory: ObjectMemory) -> str:
 def _question(attempt: Attempt) -> str:
     length = f", {attempt.approach.length_m:.1f} m away" if attempt.approach else ""
     room = f" in the {attempt.node.room}" if attempt.node.room else ""
+    if attempt.unseen_because:
+        return f"The {attempt.label}{room}: {attempt.unseen_because} May I walk there{length}, and try all the same?"
     return f"May I walk to the {attempt.label}{room}{length}, and look at it?"
 
 

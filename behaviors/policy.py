@@ -13,6 +13,7 @@ class MissionPolicy:
     """Raises ValueError on a number that is not finite and positive."""
 
     motion: Literal["ask", "allow"] = "ask"  # "ask": no candidate is driven to without a person's yes
+    unseen: Literal["ask", "set aside"] = "ask"  # what no pose can see: a person may send the robot there all the same
     confirm_timeout_s: float = 10.0
     camera_max_age_s: float = 0.5
     cloud_max_age_s: float = 1.0

@@ -37,10 +37,14 @@ class GoalPose:
 
 @dataclass(frozen=True, slots=True)
 class GoalSearch:
-    """Poses, best first, each a really different view; where there is none `reason` is a sentence for the operator."""
+    """Poses, best first, each a really different view; where there is none `reason` is a sentence for the operator.
+
+    blind: then, the poses that the robot could still stand at, those that show most of it first; for a person to decide.
+    """
 
     poses: list[GoalPose]
     reason: str = ""
+    blind: tuple[GoalPose, ...] = ()
 
 
 class _Nowhere(Exception):
@@ -70,8 +74,9 @@ def goal_poses(
         return GoalSearch([], str(nowhere))
     good = [goal for goal in goals if goal.expected_visibility >= parameters.tau_nu]
     if not good:
-        best = max(goal.expected_visibility for goal in goals)
-        return GoalSearch([], _unseeable(cloud, best, T_base_camera, intrinsics, parameters))
+        goals.sort(key=lambda goal: (-round(goal.expected_visibility, 2), goal.path_length_m))
+        reason = _unseeable(cloud, goals[0].expected_visibility, T_base_camera, intrinsics, parameters)
+        return GoalSearch([], reason, blind=tuple(_spread(goals, limit)))
     good.sort(key=lambda goal: (int(goal.path_length_m / SAME_WAY_M), -goal.expected_visibility, goal.path_length_m))
     return GoalSearch(_spread(good, limit))
 

@@ -29,6 +29,8 @@ from robot_app.perceptions import open_perception
 from sim_fakes.replay import replay_ports
 from sim_fakes.second_look import SecondLook
 
+BEFORE = {"unseen": "set aside"}  # what a trial did whose policy does not say
+
 
 @dataclass(frozen=True)
 class Replayed:
@@ -105,7 +107,7 @@ def replay_trial(
             ports = replace(ports, perception=again)
         journal = ListJournal()
         parameters = Parameters.from_dict(dict(trial.about.settings["parameters"]))
-        policy = MissionPolicy.from_dict(dict(trial.about.settings["policy"]))
+        policy = MissionPolicy.from_dict(BEFORE | dict(trial.about.settings["policy"]))
         Mission(ports, memory, parameters, policy, journal).run(trial.query.sentence)
     if again is not None and again.failure is not None:
         raise TrialError(f"{again.id} could not look at the trial's frames: {again.failure}") from again.failure

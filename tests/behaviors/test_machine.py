@@ -20,6 +20,7 @@ TABLE = {
     ("retrieve", "none_verified"): "navigation_failed",
     ("confirm", "approved"): "navigate",
     ("confirm", "declined"): "cancelled",
+    ("confirm", "unseen"): "exclude",
     ("navigate", "arrived"): "verify",
     ("navigate", "next_pose"): "navigate",
     ("navigate", "unreached"): "exclude",

@@ -105,13 +105,32 @@ def test_set_aside_after_a_rejection_ends_in_failed(stage, impostor, extinguishe
     assert (outcome.rejected, outcome.set_aside) == ((0,), (1,))
 
 
-def test_what_no_pose_can_see_is_set_aside_and_the_operator_told(stage, make):
+@pytest.mark.parametrize("answer", ["no", "expired", "allow", "set aside"])
+def test_what_no_pose_can_see_is_set_aside_and_the_operator_told(stage, make, answer):
     s = stage([make.box(5.0, 2.0, "fire extinguisher", "fire extinguisher", z=1.6)])
+    policies = {"allow": {"motion": "allow"}, "set aside": {"unseen": "set aside"}}
+    s.policy, s.replies = type(s.policy)(**policies.get(answer, {})), [answer]
     outcome = s.run()
+    assert len(s.asked) == (answer not in policies) and s.sent == []
     assert outcome.end is End.NAVIGATION_FAILED and outcome.set_aside == (0,)
-    [goal] = s.of(records.Goal)
+    goal, *_ = s.of(records.Goal)
     assert goal.pose is None and "see" in goal.reason
     assert goal.reason in s.told[0]
+
+
+def test_a_person_may_send_the_robot_to_what_no_pose_can_see(stage, make):
+    s = stage([make.box(5.0, 2.0, "fire extinguisher", "fire extinguisher", z=1.6)])
+    s.replies = ["yes"]
+    outcome = s.run()
+    assert "No pose can see it" in s.asked[0] and "all the same?" in s.asked[0]
+    assert len(s.sent) >= 1 and (outcome.end, outcome.rejected) == (End.FAILED, (0,))
+    assert s.of(records.Checks)[0].verdict == "insufficient visibility"
+
+
+def test_stop_instead_of_an_answer_stays_a_stop(stage, make):
+    s = stage([make.box(5.0, 2.0, "fire extinguisher", "fire extinguisher", z=1.6)])
+    s.replies = ["stop"]
+    assert s.run().end is End.CANCELLED
 
 
 def test_a_robot_that_faces_away_turns_and_then_confirms(stage, extinguisher, make):

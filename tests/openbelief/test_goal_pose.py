@@ -74,6 +74,15 @@ def test_a_picture_high_on_a_wall_can_be_seen_from_nowhere_and_the_reason_has_th
     )
 
 
+def test_where_no_pose_sees_it_the_nearest_places_to_stand_are_left_for_a_person_to_decide() -> None:
+    points, grid = box((5.84, 5.9), (2.5, 3.1), (1.4, 1.8)), room()
+    blind = search(points, grid).blind
+    assert blind and all(goal.expected_visibility < Parameters().tau_nu for goal in blind)
+    assert all(grid.inflated(0.35).free[tuple(grid.cell(goal.pose.xy))] for goal in blind)
+    assert [goal.path_length_m for goal in blind] == sorted(goal.path_length_m for goal in blind)
+    assert search(box((2.0, 2.3), (2.0, 2.3), (0.0, 0.4)), grid).blind == ()
+
+
 def test_a_thing_outside_the_map_is_said_to_be_outside() -> None:
     assert search(box((20.0, 20.2), (3.0, 3.2), (0.0, 0.3)), room()).reason == "It is outside the map."
 
