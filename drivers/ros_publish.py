@@ -1,11 +1,15 @@
-"""Camera and lidar as ROS topics on Zenoh, for a robot without those ROS nodes: the other end of ros_topics.py."""
+"""A robot's own sensors as ROS topics on Zenoh, where no ROS node publishes them: the other end of ros_topics.py.
+
+A publisher's `step` sends what is new and due; call it more often than its rate. Without fresh data it sends nothing
+(the workstation sees the age); a sensor that failed raises LinkLost. What the link cannot carry is dropped.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import TypeVar
+from dataclasses import dataclass, field
+from typing import Any, Protocol
 
 from drivers.bridge_keys import BridgeKeys
 from drivers.ports import Camera, CameraFrame, Clock, Lidar, LidarCloud, StaleData
@@ -15,18 +19,36 @@ from drivers.ros_convert import (
     color_message,
     depth_message,
     depth_png_message,
+    imu_message,
     jpeg_message,
     transforms_message,
 )
 from drivers.ros_messages import Message, encode
-from drivers.topics import CAMERA_INFO, COLOR_JPEG, DEPTH_PNG, LIDAR, TF_STATIC, Topic
+from drivers.topics import CAMERA_INFO, COLOR_JPEG, DEPTH_PNG, LIDAR, LIDAR_IMU, TF_STATIC, Topic
 from drivers.zenoh_link import ZenohLink
 from openbelief.arrays import Array
 
-Sample = TypeVar("Sample", CameraFrame, LidarCloud)
-
 MOUNTS_EVERY_S = 1.0  # repeated, so that who comes late has them too
 MAX_AGE_S = 0.5  # an older sample of a sensor is not worth sending
+
+
+class Publisher(Protocol):
+    def step(self) -> None:
+        """Send what is new and due. Raises PortError where the sensor or the link has failed."""
+        ...
+
+
+@dataclass(frozen=True)
+class Outlet:
+    """Where messages go. sent: how many so far, by topic."""
+
+    link: ZenohLink
+    keys: BridgeKeys = field(default_factory=BridgeKeys)
+    sent: Counter[str] = field(default_factory=Counter)
+
+    def send(self, topic: Topic, message: Message) -> None:
+        self.link.put(self.keys.topic(topic), encode(message), drop=True)
+        self.sent[topic.name] += 1
 
 
 @dataclass(frozen=True)
@@ -38,75 +60,106 @@ class CameraTopics:
     camera_info: Topic = CAMERA_INFO
 
 
-@dataclass
 class Rate:
-    """Lets through one in `period_s` by the clock, whatever comes."""
+    """Lets through one in a period by the clock, whatever comes."""
 
-    period_s: float
-    due_ns: int = 0
+    def __init__(self, clock: Clock, period_s: float) -> None:
+        self._clock, self._period_ns, self._due_ns = clock, round(period_s * 1e9), 0
 
-    def due(self, now_ns: int) -> bool:
-        if now_ns < self.due_ns:
+    def due(self) -> bool:
+        now_ns = self._clock.now_ns()
+        if now_ns < self._due_ns:
             return False
-        self.due_ns = max(self.due_ns + round(self.period_s * 1e9), now_ns)
+        self._due_ns = max(self._due_ns + self._period_ns, now_ns)
         return True
 
 
-class SensorPublisher:
-    """`step` sends what is new and due; call it more often than the fastest rate.
+class Newest:
+    """The newest sample of a port where it was not given out yet and is due."""
 
-    A sensor without fresh data sends nothing (its age tells the workstation); one that failed raises LinkLost.
-    """
+    def __init__(self, latest: Callable[[float], Any], rate: Rate) -> None:
+        self._latest, self._rate, self._stamp_ns = latest, rate, 0
 
-    def __init__(
-        self,
-        link: ZenohLink,
-        clock: Clock,
-        keys: BridgeKeys | None = None,
-        *,
-        camera: Camera | None = None,
-        lidar: Lidar | None = None,
-        camera_rate_hz: float = 15.0,
-        lidar_rate_hz: float = 10.0,
-        mounts: Sequence[tuple[str, str, Array]] = (),
-        camera_topics: CameraTopics | None = None,
-        lidar_topic: Topic = LIDAR,
-    ) -> None:
-        self._link, self._clock, self._keys = link, clock, keys or BridgeKeys()
-        self._camera, self._lidar, self._mounts = camera, lidar, mounts
-        self._rates = {name: Rate(1.0 / hz) for name, hz in (("camera", camera_rate_hz), ("lidar", lidar_rate_hz))}
-        self._rates["mounts"] = Rate(MOUNTS_EVERY_S)
-        self._camera_topics, self._lidar_topic = camera_topics or CameraTopics(), lidar_topic
-        self._newest = {"camera": 0, "lidar": 0}
-        self.sent: Counter[str] = Counter()  # messages so far, by topic
-
-    def step(self) -> None:
-        if self._camera is not None and (frame := self._new("camera", self._camera.latest)):
-            self._send_frame(frame)
-        if self._lidar is not None and (cloud := self._new("lidar", self._lidar.latest)):
-            self._send(self._lidar_topic, cloud_message(cloud))
-        if self._mounts and self._rates["mounts"].due(self._clock.now_ns()):
-            self._send(TF_STATIC, transforms_message(self._clock.now_ns(), self._mounts))
-
-    def _new(self, name: str, latest: Callable[[float], Sample]) -> Sample | None:
-        """The newest sample where it was not sent yet and is due."""
+    def take(self) -> Any | None:
         try:
-            sample = latest(MAX_AGE_S)
+            sample = self._latest(MAX_AGE_S)
         except StaleData:
             return None
-        if sample.stamp_ns <= self._newest[name] or not self._rates[name].due(self._clock.now_ns()):
+        if sample.stamp_ns <= self._stamp_ns or not self._rate.due():
             return None
-        self._newest[name] = sample.stamp_ns
+        self._stamp_ns = sample.stamp_ns
         return sample
 
-    def _send_frame(self, frame: CameraFrame) -> None:
-        topics, stamp_ns, frame_id = self._camera_topics, frame.stamp_ns, frame.frame_id
+
+class CameraPublisher:
+    """Colour, depth and calibration of each frame, under one stamp."""
+
+    def __init__(
+        self, outlet: Outlet, clock: Clock, camera: Camera, *, rate_hz: float = 15.0, topics: CameraTopics | None = None
+    ) -> None:
+        self._outlet, self._topics = outlet, topics or CameraTopics()
+        self._frames = Newest(camera.latest, Rate(clock, 1.0 / rate_hz))
+
+    def step(self) -> None:
+        frame: CameraFrame | None = self._frames.take()
+        if frame is None:
+            return
+        topics, stamp_ns, frame_id = self._topics, frame.stamp_ns, frame.frame_id
         color = jpeg_message if topics.color.type_name == COLOR_JPEG.type_name else color_message
         depth = depth_png_message if topics.depth.type_name == DEPTH_PNG.type_name else depth_message
-        self._send(topics.color, color(stamp_ns, frame_id, frame.color))
-        self._send(topics.depth, depth(stamp_ns, frame_id, frame.depth_m))
-        self._send(topics.camera_info, camera_info_message(stamp_ns, frame_id, frame.intrinsics))
+        self._outlet.send(topics.color, color(stamp_ns, frame_id, frame.color))
+        self._outlet.send(topics.depth, depth(stamp_ns, frame_id, frame.depth_m))
+        self._outlet.send(topics.camera_info, camera_info_message(stamp_ns, frame_id, frame.intrinsics))
 
-    def _send(self, topic: Topic, message: Message) -> None:
-        self._link.put(self._keys.topic(topic), encode(message), drop=True)
-        self.sent[topic.name] += 1
+
+class LidarPublisher:
+    """Each cloud with all that the lidar tells of its points."""
+
+    def __init__(
+        self, outlet: Outlet, clock: Clock, lidar: Lidar, *, rate_hz: float = 10.0, topic: Topic = LIDAR
+    ) -> None:
+        self._outlet, self._topic = outlet, topic
+        self._clouds = Newest(lidar.latest, Rate(clock, 1.0 / rate_hz))
+
+    def step(self) -> None:
+        cloud: LidarCloud | None = self._clouds.take()
+        if cloud is not None:
+            self._outlet.send(self._topic, cloud_message(cloud))
+
+
+class ImuSample(Protocol):
+    """gyro_rad_s, acceleration_m_s2: (3,), IMU frame."""
+
+    @property
+    def stamp_ns(self) -> int: ...
+
+    @property
+    def gyro_rad_s(self) -> Array: ...
+
+    @property
+    def acceleration_m_s2(self) -> Array: ...
+
+
+class ImuPublisher:
+    """Every sample of an IMU since the last step, at its own rate: odometry and recordings need them all."""
+
+    def __init__(
+        self, outlet: Outlet, take: Callable[[], Sequence[ImuSample]], frame_id: str, *, topic: Topic = LIDAR_IMU
+    ) -> None:
+        self._outlet, self._take, self._frame_id, self._topic = outlet, take, frame_id, topic
+
+    def step(self) -> None:
+        for s in self._take():
+            self._outlet.send(self._topic, imu_message(s.stamp_ns, self._frame_id, s.gyro_rad_s, s.acceleration_m_s2))
+
+
+class MountPublisher:
+    """Static transforms, (parent, child, (4, 4) T_parent_child) each, again and again."""
+
+    def __init__(self, outlet: Outlet, clock: Clock, mounts: Sequence[tuple[str, str, Array]]) -> None:
+        self._outlet, self._clock, self._mounts = outlet, clock, mounts
+        self._rate = Rate(clock, MOUNTS_EVERY_S)
+
+    def step(self) -> None:
+        if self._rate.due():
+            self._outlet.send(TF_STATIC, transforms_message(self._clock.now_ns(), self._mounts))

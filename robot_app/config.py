@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import ipaddress
+import re
 import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -11,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from behaviors.policy import MissionPolicy
 from behaviors.supervisor import SafetyPolicy
+from drivers.realsense_frames import COLOR_SIZES
 from openbelief.arrays import Array
 from openbelief.parameters import Parameters
 from openbelief.pose import quaternion_from_rpy, transform
@@ -18,6 +21,16 @@ from openbelief.pose import quaternion_from_rpy, transform
 Body = Literal["real", "ros", "replay", "sim"]
 Distribution = Literal["auto", "humble", "jazzy", "kilted", "lyrical"]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+ENDPOINT = re.compile(r"(tcp|tls)/(\[[^]\s]+\]|[^][\s:/]+):(?P<port>\d{1,5})([?#]\S*)?")  # two of zenoh's protocols
+
+
+def _one_line(text: str) -> str:
+    if not text.isprintable():
+        raise ValueError(f"one line of text is needed, not {text!r}")
+    return text
+
+
+Line = Annotated[str, Field(max_length=200), AfterValidator(_one_line)]
 
 
 class ConfigError(ValueError):
@@ -57,6 +70,16 @@ class Zenoh(Section):
     ca: Path | None = None
     certificate: Path | None = None
     key: Path | None = None
+
+    @field_validator("endpoint")
+    @classmethod
+    def _endpoint(cls, endpoint: str) -> str:
+        found = ENDPOINT.fullmatch(endpoint)
+        if not found or not 0 < int(found["port"]) < 65536:
+            raise ValueError(
+                f"an endpoint is tcp/HOST:PORT or tls/HOST:PORT, like tcp/127.0.0.1:7447, got {endpoint!r}"
+            )
+        return endpoint
 
     @model_validator(mode="after")
     def _whole(self) -> Zenoh:
@@ -118,6 +141,13 @@ class RealSense(Section):
     color_size: tuple[int, int] = (848, 480)
     frame_id: str = "camera_color_optical_frame"
 
+    @field_validator("color_size")
+    @classmethod
+    def _offered(cls, size: tuple[int, int]) -> tuple[int, int]:
+        if size not in COLOR_SIZES:
+            raise ValueError(f"the camera offers {' and '.join(map(str, map(list, COLOR_SIZES)))}, not {list(size)}")
+        return size
+
 
 class Livox(Section):
     """The MID-360 behind a lidar that is "real": its address and this machine's; ports are the factory's."""
@@ -126,6 +156,15 @@ class Livox(Section):
     host_ip: str = "192.168.123.164"
     frame_id: str = "livox_frame"
     take_control: bool = False
+
+    @field_validator("lidar_ip", "host_ip")
+    @classmethod
+    def _address(cls, address: str) -> str:
+        try:
+            ipaddress.IPv4Address(address)
+        except ValueError as error:
+            raise ValueError(f"an IPv4 address like 192.168.123.120 is needed, not {address!r}") from error
+        return address
 
 
 class Onboard(Section):

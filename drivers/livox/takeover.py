@@ -28,7 +28,10 @@ class LivoxControl:
     def set(self, values: Mapping[int, bytes]) -> None:
         """Raises PortError naming the key the lidar refused, LinkLost where it stays silent."""
         data = self._ask(control_wire.set_request(self._next(), values))
-        code, key = control_wire.parse_set_ack(data)
+        try:
+            code, key = control_wire.parse_set_ack(data)
+        except WireError as error:
+            raise PortError(f"The lidar's answer to SET cannot be read: {error}") from error
         if code:
             raise PortError(f"The lidar refused to set key {key:#06x}: {word(RETURN_CODES, code)}.")
 
@@ -37,13 +40,16 @@ class LivoxControl:
         return self._seq
 
     def _ask(self, request: ControlFrame) -> bytes:
+        name, (ip, port) = Command(request.command).name, self._lidar
         self._socket.settimeout(ACK_TIMEOUT_S)
         for _ in range(TRIES):
-            self._socket.sendto(control_wire.encode(request), self._lidar)
+            try:
+                self._socket.sendto(control_wire.encode(request), self._lidar)
+            except OSError as error:
+                raise LinkLost(f"The lidar at {ip}:{port} cannot be reached from here ({error.strerror}).") from error
             ack = self._await_ack(request)
             if ack is not None:
                 return ack.data
-        name, (ip, port) = Command(request.command).name, self._lidar
         raise LinkLost(
             f"The lidar at {ip}:{port} did not answer {name} in {TRIES} tries: check its address and the cable."
         )

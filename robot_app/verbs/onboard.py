@@ -21,7 +21,7 @@ from robot_app.cli import Failure, print_json
 if TYPE_CHECKING:
     from robot_app.config import Config
 
-EXAMPLE = "openbelief onboard --config robot.toml"
+EXAMPLE = "openbelief onboard --config demo-out/robot.toml"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

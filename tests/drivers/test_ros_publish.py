@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections import Counter
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
+from drivers.livox.intake import ImuSample
+from drivers.livox.wire import TimeType
 from drivers.ports import CameraFrame, LidarCloud, LinkLost, PoseUnavailable, StaleData
 from drivers.ros_convert import battery_message
-from drivers.ros_messages import encode
-from drivers.ros_publish import SensorPublisher
+from drivers.ros_messages import decode, encode, stamp_to_ns
+from drivers.ros_publish import CameraPublisher, ImuPublisher, LidarPublisher, MountPublisher, Outlet, Publisher
 from drivers.ros_topics import RosBattery, RosCamera, RosLidar, RosPoseSource
-from drivers.topics import COLOR_JPEG, DEPTH_PNG, LIDAR
+from drivers.topics import COLOR_JPEG, DEPTH_PNG, LIDAR, LIDAR_IMU
 from drivers.zenoh_link import LinkConfig, ZenohLink, open_router
 from openbelief.observation import Intrinsics
 from openbelief.pose import transform
@@ -32,7 +35,7 @@ class Sensor:
     clock: SimClock
     period_s: float = 1 / 30
     fails: Exception | None = None
-    asked: list[float] = field(default_factory=list)
+    imu_ns: int = START_NS
 
     def stamp_ns(self) -> int:
         if self.fails:
@@ -50,10 +53,29 @@ class Sensor:
         points = np.array([[1.0, 2.0, 3.0], [0.1, 0.2, 0.3]], np.float32)
         return LidarCloud(self.stamp_ns(), points, "livox_frame")
 
+    def imu(self) -> list[ImuSample]:
+        """200 samples a second since the last call."""
+        step_ns, now_ns = 5_000_000, self.clock.now_ns()
+        stamps = range(self.imu_ns, now_ns, step_ns)
+        self.imu_ns = now_ns
+        return [ImuSample(ns, np.array([0.1, 0, 0]), np.array([0, 0, 9.8]), ns, TimeType.UPTIME) for ns in stamps]
+
 
 @dataclass
 class Port:
     latest: object
+
+
+@dataclass
+class Publishers:
+    """All of a robot's, in turn. sent: how many messages, by topic."""
+
+    each: list[Publisher]
+    sent: Counter[str]
+
+    def step(self) -> None:
+        for publisher in self.each:
+            publisher.step()
 
 
 @pytest.fixture
@@ -66,16 +88,14 @@ def onboard():
         ZenohLink(LinkConfig((endpoint,))) as robot,
         ZenohLink(LinkConfig((endpoint,))) as ours,
     ):
-        publisher = SensorPublisher(
-            robot,
-            clock,
-            camera=Port(sensor.frame),
-            lidar=Port(sensor.cloud),
-            camera_rate_hz=10.0,
-            lidar_rate_hz=5.0,
-            mounts=[FLOOR, MOUNT],
-        )
-        yield clock, sensor, publisher, ours, robot
+        outlet = Outlet(robot)
+        publishers = [
+            CameraPublisher(outlet, clock, Port(sensor.frame), rate_hz=10.0),
+            LidarPublisher(outlet, clock, Port(sensor.cloud), rate_hz=5.0),
+            ImuPublisher(outlet, sensor.imu, "livox_frame"),
+            MountPublisher(outlet, clock, [FLOOR, MOUNT]),
+        ]
+        yield clock, sensor, Publishers(publishers, outlet.sent), ours, robot
 
 
 def heard(port, publisher, clock, eventually, max_age_s=10.0):
@@ -149,6 +169,31 @@ def test_rates_are_capped_and_nothing_is_sent_twice(onboard):
         clock.sleep(0.1)
         publisher.step()
     assert publisher.sent[LIDAR.name] <= before + 1
+
+
+def test_every_sample_of_the_imu_arrives_once_whatever_the_steps(onboard, eventually):
+    clock, _, publisher, ours, _ = onboard
+    heard: list[int] = []
+
+    def hear(payload: bytes) -> None:
+        message = decode(payload, LIDAR_IMU.type_name)
+        assert message.header.frame_id == "livox_frame" and message.linear_acceleration.z == 9.8
+        heard.append(stamp_to_ns(message.header.stamp))
+
+    ours.subscribe("livox/imu", hear)
+
+    def send() -> bool:
+        clock.sleep(0.1)
+        publisher.step()
+        return bool(heard)
+
+    eventually(send)
+    first = heard[0]
+    for seconds in (0.005, 0.3, 0.045):
+        clock.sleep(seconds)
+        publisher.step()
+    eventually(lambda: heard[-1] >= clock.now_ns() - 5_000_000)
+    assert heard == list(range(first, clock.now_ns(), 5_000_000))
 
 
 def test_a_sensor_without_data_sends_nothing_and_one_that_failed_is_named(onboard):

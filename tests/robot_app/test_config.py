@@ -24,6 +24,11 @@ def write(folder: Path, text: str) -> Path:
         ("[mission]\nmotion = 'always'", "mission.motion"),
         ("[ports]\ncamera = 'replay'", "name the recording"),
         ("[zenoh]\ndistribution = 'indigo'", "zenoh.distribution"),
+        ("[livox]\nlidar_ip = 'hello'", "livox.lidar_ip: an IPv4 address like"),
+        ("[livox]\nhost_ip = '192.168.1.500'", "livox.host_ip"),
+        ("[zenoh]\nendpoint = 'bogus'", "zenoh.endpoint: an endpoint is tcp/HOST:PORT"),
+        ("[zenoh]\nendpoint = 'tcp/127.0.0.1:70000'", "zenoh.endpoint"),
+        ("[zenoh]\nendpoint = '192.168.123.164:7447'", "zenoh.endpoint"),
         ("[ports\n", "cannot be read as TOML"),
     ],
 )
@@ -32,6 +37,11 @@ def test_a_bad_configuration_is_refused_in_one_line_that_names_the_key(tmp_path,
         load_config(write(tmp_path, text))
     assert complaint in str(refusal.value)
     assert "\n" not in str(refusal.value).split("TOML")[0]
+
+
+@pytest.mark.parametrize("endpoint", ["tcp/robot.local:7447", "tcp/[::1]:7447", "tcp/10.0.0.2:7447#iface=wlan0"])
+def test_an_endpoint_may_be_a_name_an_ipv6_address_and_bound_to_an_interface(tmp_path, endpoint):
+    assert load_config(write(tmp_path, f"[zenoh]\nendpoint = '{endpoint}'")).zenoh.endpoint == endpoint
 
 
 def test_a_configuration_written_out_reads_back_to_the_same_values(tmp_path):
