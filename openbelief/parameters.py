@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, Literal, get_args, get_origin, get_type_hints
@@ -62,37 +64,20 @@ class Parameters:
 
     def __post_init__(self) -> None:
         for spec in dataclasses.fields(self):
-            value = getattr(self, spec.name)
-            if not _fits(value, _kinds()[spec.name]):
-                raise ValueError(f"Parameter {spec.name} should be {_named(_kinds()[spec.name])}, got {value!r}.")
+            kind = _kinds()[spec.name]
+            value = _plain(getattr(self, spec.name), kind)
+            if not _fits(value, kind):
+                raise ValueError(f"Parameter {spec.name} should be {_named(kind)}, got {value!r}.")
             if isinstance(value, float) and not math.isfinite(value):
                 raise ValueError(f"Parameter {spec.name} must be finite, got {value}.")
-        for name in ("voxel_m", "radius_m", "t_vis", "t_proj", "t_obj", "cluster_eps_m"):
-            if getattr(self, name) <= 0:
-                raise ValueError(f"Parameter {name} must be greater than 0, got {getattr(self, name)}.")
-        for name in (
-            "tau_g",
-            "tau_nu",
-            "tau_arr",
-            "gamma",
-            "lambda_vis",
-            "lambda_no_language",
-            "lambda_degraded",
-            "lambda_trusted",
-        ):
-            if not 0 <= getattr(self, name) <= 1:
-                raise ValueError(f"Parameter {name} must be in [0, 1], got {getattr(self, name)}.")
-        for name, least in (("min_mask_px", 0), ("min_points", 0), ("cluster_min_points", 1), ("depth_min_m", 0)):
-            if getattr(self, name) < least:
-                raise ValueError(f"Parameter {name} must be at least {least}, got {getattr(self, name)}.")
+            object.__setattr__(self, spec.name, value)
+        for names, fits, words in RANGES:
+            for name in names:
+                value = getattr(self, name)
+                if value is not None and not fits(value):
+                    raise ValueError(f"Parameter {name} must be {words}, got {value}.")
         if self.depth_max_m <= self.depth_min_m:
             raise ValueError(f"Parameter depth_max_m must be greater than depth_min_m, got {self.depth_max_m}.")
-        if self.alpha <= 0:
-            raise ValueError(
-                f"Parameter alpha must be greater than 0, got {self.alpha} (regularize=false is the ablation)."
-            )
-        if self.k_max < 1 or self.m_min < 1 or self.gamma == 0:
-            raise ValueError("Parameters k_max and m_min must be at least 1, and gamma greater than 0.")
 
     def to_dict(self) -> dict[str, Any]:
         return dataclasses.asdict(self)
@@ -106,9 +91,31 @@ class Parameters:
         return cls(**values)
 
 
+RANGES: tuple[tuple[tuple[str, ...], Callable[[Any], bool], str], ...] = (
+    (("voxel_m", "radius_m", "cluster_eps_m", "extent_alarm_m"), lambda v: v > 0, "greater than 0"),
+    (("t_vis", "t_proj", "t_obj", "extent_alarm_ratio"), lambda v: v > 0, "greater than 0"),
+    (("alpha",), lambda v: v > 0, "greater than 0 (regularize=false is the ablation)"),
+    (("tau_g", "tau_nu", "tau_arr", "lambda_vis"), lambda v: 0 <= v <= 1, "in [0, 1]"),
+    (("lambda_no_language", "lambda_degraded", "lambda_trusted"), lambda v: 0 <= v <= 1, "in [0, 1]"),
+    (("gamma",), lambda v: 0 < v <= 1, "in (0, 1]"),
+    (("tau_v", "synonym_threshold", "tau_q"), lambda v: -1 <= v <= 1, "in [-1, 1]"),  # cosines
+    (("min_mask_px", "min_points", "depth_min_m"), lambda v: v >= 0, "at least 0"),
+    (("cluster_min_points", "m_min", "k_max"), lambda v: v >= 1, "at least 1"),
+)
+
+
 @cache
 def _kinds() -> dict[str, Any]:
     return get_type_hints(Parameters)
+
+
+def _plain(value: Any, kind: Any) -> Any:
+    """numpy's scalars as Python's, and whole numbers as the floats that a number is kept as: one value, one hash."""
+    if getattr(value, "shape", None) == ():
+        value = value.item()
+    if type(value) is not int or not (kind is float or float in get_args(kind)):
+        return value
+    return float(value) if abs(value) < sys.float_info.max else math.inf
 
 
 def _fits(value: object, kind: Any) -> bool:
@@ -118,7 +125,7 @@ def _fits(value: object, kind: Any) -> bool:
     if choices := get_args(kind):
         return any(_fits(value, choice) for choice in choices)
     if kind is float:
-        return isinstance(value, int | float) and not isinstance(value, bool)
+        return isinstance(value, float)
     return type(value) is kind
 
 
