@@ -6,11 +6,13 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
+from typing import Any
 
 from openbelief.acquisition import acquire
 from openbelief.memory import ObjectMemory
 from openbelief.observation import Mask, RgbdFrame
 from openbelief.perception.ports import FrameUnseen, Perception, TextEncoder
+from openbelief.rooms import Room
 from openbelief.store import BeliefStore
 
 Stage = Callable[[str], AbstractContextManager[object]]
@@ -23,13 +25,23 @@ def _untimed(_: str) -> AbstractContextManager[object]:
 
 @dataclass
 class Taken:
-    """What one run took from its frames, by reason: `refused` masks gave no observation, `unseen` frames no masks."""
+    """What was taken from the frames, by reason: `refused` masks gave no observation, `unseen` frames no masks."""
 
     frames: int = 0
     masks: int = 0
     observations: int = 0
     refused: Counter[str] = field(default_factory=Counter)
     unseen: Counter[str] = field(default_factory=Counter)
+
+    @classmethod
+    def so_far(cls, store: BeliefStore) -> Taken:
+        """What the store's file has counted, in earlier runs too."""
+        counts = store.counts
+        numbers = (counts.get(name, 0) for name in ("frames", "masks", "observations"))
+        return cls(*numbers, *(Counter(counts.get(name, {})) for name in ("refused", "unseen")))
+
+    def as_json(self) -> dict[str, Any]:
+        return {**vars(self), "refused": dict(self.refused), "unseen": dict(self.unseen)}
 
 
 def map_frames(
@@ -54,11 +66,11 @@ def take_evidence(
     on_frame: Callable[[Taken], None] = lambda _: None,
 ) -> Taken:
     """Steps 1 to 3, frame by frame. A frame that the store holds is passed over, so an interrupted run goes on; one
-    that the perception cannot look at is kept as skipped, with the reason.
+    that the perception cannot look at is kept as skipped, with the reason. What is counted goes on from there too.
 
     stage: a context manager per step, for timing (the core reads no clock). on_frame: told after every frame.
     """
-    taken, done = Taken(), _Done(store)
+    taken, done = Taken.so_far(store), _Done(store)
     for frame in frames:
         if frame.stamp_ns in done.of(frame.recording):
             continue
@@ -66,11 +78,11 @@ def take_evidence(
             with stage("perceive"):
                 masks = perception.perceive(frame)
         except FrameUnseen as unseen:
-            store.add_frame(frame.recording, frame.stamp_ns, [], skipped=str(unseen))
+            taken.frames += 1
             taken.unseen[str(unseen)] += 1
+            store.add_frame(frame.recording, frame.stamp_ns, [], skipped=str(unseen), counts=taken.as_json())
         else:
             _keep(frame, masks, store, taken, stage)
-        taken.frames += 1
         on_frame(taken)
     return taken
 
@@ -78,14 +90,17 @@ def take_evidence(
 def _keep(frame: RgbdFrame, masks: list[Mask], store: BeliefStore, taken: Taken, stage: Stage) -> None:
     with stage("acquire"):
         observations, refusals = acquire(frame, masks, store.parameters)
-    with stage("keep"):
-        store.add_frame(frame.recording, frame.stamp_ns, observations)
+    taken.frames += 1
     taken.masks += len(masks)
     taken.observations += len(observations)
     taken.refused.update(refusal.reason for refusal in refusals)
+    with stage("keep"):
+        store.add_frame(frame.recording, frame.stamp_ns, observations, counts=taken.as_json())
 
 
-def build_memory(store: BeliefStore, text_encoder: TextEncoder, *, stage: Stage = _untimed) -> ObjectMemory:
+def build_memory(
+    store: BeliefStore, text_encoder: TextEncoder, *, rooms: Iterable[Room] = (), stage: Stage = _untimed
+) -> ObjectMemory:
     """Steps 4 and 5: associate and believe over all evidence in the store, then seal and close it."""
     with stage("build"):
         memory = ObjectMemory.build(
@@ -95,6 +110,7 @@ def build_memory(store: BeliefStore, text_encoder: TextEncoder, *, stage: Stage 
             feature_text_aligned=store.feature_text_aligned,
             frames=store.frames(),
             about=store.about,
+            rooms=rooms,
         )
     with stage("seal"):
         store.finish(memory)

@@ -206,7 +206,10 @@ class ObjectMemory:
         )
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """A finished .belief file, all of it or nothing; one that is there already is replaced."""
+        """A finished .belief file, all of it or nothing; one that is there already is replaced.
+
+        Raises BeliefFileError where it cannot be written.
+        """
         from openbelief import store
 
         store.write(path, self)

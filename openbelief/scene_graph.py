@@ -38,7 +38,7 @@ class SceneGraph:
 
 
 def scene_graph(memory: ObjectMemory) -> SceneGraph:
-    """The memory's rooms, empty ones too, the unknown one where an object lies in none, and the frames with evidence."""
+    """The memory's rooms, empty ones too, the unknown one if an object lies in none, and the frames with evidence."""
     names = [node.room for node in memory.objects]
     groups = [RoomNode(name, _ids(names, name)) for name in [*(room.name for room in memory.rooms), None]]
     seen: dict[tuple[str, int], list[int]] = {}

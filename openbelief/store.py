@@ -58,6 +58,7 @@ class BeliefStore:
         self.feature_text_aligned: bool = meta["feature_text_aligned"]
         self.parameters = Parameters.from_dict(meta["parameters"])
         self.about: dict[str, Any] = meta["about"]
+        self.counts: dict[str, Any] = meta.get("counts", {})
 
     @classmethod
     def create(
@@ -108,9 +109,17 @@ class BeliefStore:
         return _read_frames(self._db)
 
     def add_frame(
-        self, recording: str, stamp_ns: int, observations: Iterable[Observation], skipped: str | None = None
+        self,
+        recording: str,
+        stamp_ns: int,
+        observations: Iterable[Observation],
+        skipped: str | None = None,
+        counts: Mapping[str, Any] | None = None,
     ) -> None:
-        """One frame, all of it or nothing. ValueError: a frame done already, or another recording's evidence."""
+        """One frame, all of it or nothing. ValueError: a frame done already, or another recording's evidence.
+
+        counts: what the mapper has counted with this frame (JSON), kept with it as `counts` for a run that goes on.
+        """
         rows = [to_row(o) for o in observations]
         if strangers := {row[0] for row in rows} - {recording}:
             raise ValueError(f"Observations of recording {strangers.pop()!r} given as a frame of {recording!r}.")
@@ -120,6 +129,9 @@ class BeliefStore:
             self._db.execute("DELETE FROM meta WHERE key IN ('content_hash', 'seal')")
             self._db.execute("INSERT INTO frames VALUES (?, ?, ?)", (recording, int(stamp_ns), skipped))
             self._insert(rows)
+            if counts is not None:
+                self._set_meta("counts", dict(counts))
+        self.counts = self.counts if counts is None else dict(counts)
 
     def observations(self) -> list[Observation]:
         """All evidence so far, in the order it was added."""
@@ -188,8 +200,22 @@ def read(path: str | os.PathLike[str]) -> Stored:
 
 
 def write(path: str | os.PathLike[str], memory: ObjectMemory) -> None:
-    """A finished file, all of it or nothing; one that is there already is replaced."""
+    """A finished file, all of it or nothing; one that is there already is replaced.
+
+    Raises BeliefFileError where it cannot be written, ValueError where `about` is not JSON.
+    """
     target = Path(path)
+    if target.is_dir():
+        raise BeliefFileError(f"{target} is a folder: name the file to write in it.")
+    if not target.parent.is_dir():
+        raise BeliefFileError(f"The folder {target.parent} does not exist: create it, or write to another.")
+    try:
+        _write(target, memory)
+    except (OSError, sqlite3.Error) as error:
+        raise BeliefFileError(f"{target} cannot be written: {error}.") from error
+
+
+def _write(target: Path, memory: ObjectMemory) -> None:
     partial = target.with_name(f".{target.name}.partial")
     partial.unlink(missing_ok=True)
     about = {**memory.about}
@@ -243,6 +269,8 @@ def _read_meta(db: sqlite3.Connection) -> dict[str, Any]:
 
 def _refuse_foreign(path: Path) -> None:
     """Look at the 100-byte SQLite header before SQLite does: what is it, and is all of it there?"""
+    if path.is_dir():
+        raise BeliefFileError(f"{path} is a folder, not a memory: name the file that `openbelief map` made in it.")
     if not path.is_file():
         raise BeliefFileError(f"{path} does not exist: build it with `openbelief map`.")
     with path.open("rb") as file:

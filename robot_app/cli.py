@@ -33,6 +33,10 @@ class Failure(Exception):
     """A failure with a name: one clear line for the user, exit status 1."""
 
 
+class Usage(Failure):
+    """A command line that asks for what does not go together, exit status 2."""
+
+
 class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         self.exit(2, f"openbelief: {message}\nTry '{self.prog} --help'.\n")
@@ -89,6 +93,8 @@ def main(argv: list[str] | None = None) -> int:
     options = parser.parse_args(arguments[1:])
     try:
         return int(options.run(options) or 0)
+    except Usage as usage:
+        parser.error(str(usage))
     except Failure as failure:
         print(f"openbelief {verb}: {failure}", file=sys.stderr)
         return 1

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
 from logs.frames import FrameReader, RecordingError, Topics
-from logs.reader import LogError
+from logs.reader import LogError, LogReader
 from openbelief.mapping import Taken, build_memory, take_evidence
 from openbelief.memory import ObjectMemory
 from openbelief.observation import RgbdFrame
@@ -20,15 +20,16 @@ from openbelief.perception.look_ahead import LookAhead
 from openbelief.perception.ports import Perception, PerceptionFailed, TextEncoder
 from openbelief.perception.recorded import RecordedPerceptionError
 from openbelief.perception.stages import StagedPerception
+from openbelief.rooms import Room
 from openbelief.store import BeliefFileError, BeliefStore
-from robot_app.cli import Failure
+from robot_app.cli import Failure, Usage
 from robot_app.perceptions import kind_of
 from robot_app.stopwatch import Stopwatch
 
 
 @dataclass(frozen=True)
 class MapJob:
-    """perceptions: one spec for all recordings, or one for each. seed: of simulated perception."""
+    """perceptions: one spec for all recordings, or one for each. seed: of simulated perception. rooms: of the site."""
 
     recordings: list[Path]
     out: Path
@@ -39,6 +40,7 @@ class MapJob:
     stride: int = 1
     force: bool = False
     seed: int = 0
+    rooms: tuple[Room, ...] = ()
 
     @property
     def partial(self) -> Path:
@@ -57,21 +59,13 @@ class Progress(Protocol):
 
 @dataclass(frozen=True)
 class MapResult:
-    """resumed: frames that an earlier, interrupted run had done."""
+    """taken: by all runs that it took. resumed: how many of its frames an earlier, interrupted one had done."""
 
     memory: ObjectMemory
     readers: list[FrameReader]
-    taken: list[Taken]
+    taken: Taken
     resumed: int
     seconds: dict[str, float]
-
-    @property
-    def refused(self) -> Counter[str]:
-        return sum((taken.refused for taken in self.taken), Counter())
-
-    @property
-    def unseen(self) -> Counter[str]:
-        return sum((taken.unseen for taken in self.taken), Counter())
 
 
 @dataclass(frozen=True)
@@ -89,6 +83,16 @@ class _Source:
             "file": self.reader.path.name,
             "damage": self.reader.damage,
         }
+
+
+def require_recordings(paths: Iterable[Path]) -> None:
+    """The first complaint is of a recording that is not there. Raises Failure."""
+    for path in paths:
+        if not path.is_file():
+            try:
+                LogReader(path).topics()
+            except LogError as error:  # it knows of an unfinished one beside it
+                raise Failure(str(error)) from error
 
 
 def run_map(job: MapJob, text_encoder: TextEncoder, progress: Progress) -> MapResult:
@@ -112,11 +116,13 @@ def _map(job: MapJob, text_encoder: TextEncoder, progress: Progress, opened: Exi
     with clock("read"):
         sources = _plan(job, text_encoder, progress, opened)
     with _open_store(job, sources, text_encoder) as store:
-        resumed = sum(len(store.frames_done(source.recording)) for source in sources)
-        taken = [_take(source, job, store, clock, progress) for source in sources]
+        resumed = Taken.so_far(store).frames
+        for source in sources:
+            _take(source, job, store, clock, progress)
+        taken = Taken.so_far(store)
         _require_evidence(store, sources, taken, job)
         progress.step("building the memory")
-        memory = build_memory(store, text_encoder, stage=clock)
+        memory = build_memory(store, text_encoder, rooms=job.rooms, stage=clock)
     return MapResult(memory, [s.reader for s in sources], taken, resumed, dict(clock.seconds))
 
 
@@ -124,7 +130,7 @@ def _plan(job: MapJob, text_encoder: TextEncoder, progress: Progress, opened: Ex
     """Every recording's frames and perception, before anything is written."""
     specs = job.perceptions * len(job.recordings) if len(job.perceptions) == 1 else job.perceptions
     if len(specs) != len(job.recordings):
-        raise Failure(f"Give one --perception, or one for each of the {len(job.recordings)} recordings.")
+        raise Usage(f"Give one --perception, or one for each of the {len(job.recordings)} recordings.")
     made: dict[str, Perception] = {}
     sources = []
     for path, spec in zip(job.recordings, specs, strict=True):
@@ -190,20 +196,22 @@ def _open_store(job: MapJob, sources: list[_Source], text_encoder: TextEncoder) 
     return store
 
 
-def _take(source: _Source, job: MapJob, store: BeliefStore, clock: Stopwatch, progress: Progress) -> Taken:
+def _take(source: _Source, job: MapJob, store: BeliefStore, clock: Stopwatch, progress: Progress) -> None:
     """The evidence of one recording; its skipped images are kept with their reasons."""
-    done = store.frames_done(source.recording)
-    total, before = len(source.reader.plan.frames), len(done)
+    done, total = store.frames_done(source.recording), len(source.reader.plan.frames)
+    first = Taken.so_far(store).frames - len(done)
     cache = job.out.with_name(f"{job.out.name}.{source.recording}.perception.jsonl")
-    frames = _timed(source.reader.frames(without=done), clock)
+    taken_from = {f.stamp_ns for f in store.frames() if f.recording == source.recording and f.skipped is None}
+    read = source.reader.frames(without=taken_from)  # what would not decode is tried, and counted, by every run
+    frames = _timed((frame for frame in read if frame.stamp_ns not in done), clock)
     with _looking(source, frames, cache, store.text_encoder_id, clock) as (seen, perception):
-        taken = take_evidence(
+        take_evidence(
             seen,
             perception,
             store,
             stage=clock,
             on_frame=lambda t: progress.frames(
-                source.reader.path.name, min(before + t.frames, total), total, clock.rates()
+                source.reader.path.name, min(t.frames - first, total), total, clock.rates()
             ),
         )
     kept = store.frames_done(source.recording)
@@ -211,7 +219,6 @@ def _take(source: _Source, job: MapJob, store: BeliefStore, clock: Stopwatch, pr
         if skip.stamp_ns not in kept:
             store.add_frame(source.recording, skip.stamp_ns, [], skipped=f"{skip.reason}: {skip.detail}")
             kept.add(skip.stamp_ns)
-    return taken
 
 
 @contextmanager
@@ -241,20 +248,17 @@ def _timed(frames: Iterator[RgbdFrame], clock: Stopwatch) -> Iterator[RgbdFrame]
         yield frame
 
 
-def _require_evidence(store: BeliefStore, sources: list[_Source], taken: list[Taken], job: MapJob) -> None:
+def _require_evidence(store: BeliefStore, sources: list[_Source], taken: Taken, job: MapJob) -> None:
     """A memory of nothing is no memory: raises Failure, and leaves no partial file to resume."""
-    if any(t.observations for t in taken) or store.observations():
+    if taken.observations or store.observations():
         return
     store.close()
     job.partial.unlink()
-    refused: Counter[str] = sum((t.refused for t in taken), Counter())
-    masks = sum(t.masks for t in taken)
-    unseen: Counter[str] = sum((t.unseen for t in taken), Counter())
     why = (
-        f"no frame could be looked at ({_counts(unseen)})"
-        if unseen and not masks
-        else f"all {masks} masks were refused ({_counts(refused)})"
-        if masks
+        f"no frame could be looked at ({_counts(taken.unseen)})"
+        if taken.unseen and not taken.masks
+        else f"all {taken.masks} masks were refused ({_counts(taken.refused)})"
+        if taken.masks
         else f"{sources[0].perception.id} has no mask for any of its frames; is it of another recording?"
     )
     raise Failure(f"No observation came of {', '.join(s.reader.path.name for s in sources)}: {why}")

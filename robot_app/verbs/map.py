@@ -26,14 +26,23 @@ EXAMPLE = "openbelief map demo-out/walk.mcap --perception scripted:flat -o flat.
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    from robot_app import arguments
     from robot_app.perceptions import FORMS
+    from robot_app.room_files import FORM
 
     parser.add_argument("recordings", nargs="+", type=Path, metavar="WALK.mcap", help="recordings in one map frame")
     parser.add_argument("-o", "--out", required=True, type=Path, metavar="SITE.belief", help="the memory to write")
     parser.add_argument(
-        "--perception", action="append", metavar="KIND:ARGUMENT", help=f"{FORMS}; once, or once for each recording"
+        "--perception",
+        action="append",
+        type=arguments.perception,
+        metavar="KIND:ARGUMENT",
+        help=f"{FORMS}; once, or once for each recording",
     )
-    parser.add_argument("--stride", type=_stride, default=1, metavar="N", help="use every Nth frame (default 1)")
+    parser.add_argument("--rooms", type=Path, metavar="ROOMS.json", help=f"where things stand: {FORM}")
+    parser.add_argument(
+        "--stride", type=arguments.from_one, default=1, metavar="N", help="use every Nth frame (default 1)"
+    )
     parser.add_argument("--parameters", type=Path, metavar="FILE.toml", help="parameters unlike the paper's defaults")
     parser.add_argument("--color-topic", metavar="TOPIC", help="where several could be meant")
     parser.add_argument("--depth-topic", metavar="TOPIC", help="where several could be meant")
@@ -44,10 +53,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     from logs.frames import Topics
-    from robot_app.mapping import MapJob, run_map
+    from robot_app.mapping import MapJob, require_recordings, run_map
     from robot_app.perceptions import text_encoder_of
     from robot_app.progress import progress
+    from robot_app.room_files import read_rooms
 
+    require_recordings(options.recordings)
     job = MapJob(
         recordings=options.recordings,
         out=options.out,
@@ -57,6 +68,7 @@ def run(options: argparse.Namespace) -> int:
         map_frame=options.map_frame,
         stride=options.stride,
         force=options.force,
+        rooms=read_rooms(options.rooms) if options.rooms else (),
     )
     if not job.out.parent.is_dir():
         raise Failure(f"The folder {job.out.parent} does not exist: create it, or choose another -o.")
@@ -68,12 +80,6 @@ def run(options: argparse.Namespace) -> int:
     else:
         print(_text(report))
     return 0
-
-
-def _stride(text: str) -> int:
-    if not text.isdigit() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"a whole number from 1, not {text!r}")
-    return int(text)
 
 
 def _beside(recording: Path) -> str:
@@ -114,15 +120,23 @@ def _report(out: Path, result: MapResult) -> dict[str, Any]:
             }
             for reader in result.readers
         ],
-        "frames": sum(taken.frames for taken in result.taken),
+        "frames": result.taken.frames,
         "frames_resumed": result.resumed,
         "observations": len(memory.observations),
-        "masks_refused": dict(result.refused),
-        "frames_unseen": dict(result.unseen),
+        "masks_refused": dict(result.taken.refused),
+        "frames_unseen": dict(result.taken.unseen),
         "objects": len(memory.objects),
+        "rooms": _rooms(memory),
         "extent_alarms": [_alarm(memory, alarm) for alarm in _foreground_alarms(memory)],
         "seconds": {stage: round(seconds, 3) for stage, seconds in result.seconds.items()},
     }
+
+
+def _rooms(memory: ObjectMemory) -> list[dict[str, Any]]:
+    """How many objects stand in each room; in none of them under the name None."""
+    from openbelief.scene_graph import scene_graph
+
+    return [{"name": room.name, "objects": len(room.objects)} for room in scene_graph(memory).rooms]
 
 
 def _foreground_alarms(memory: ObjectMemory) -> list[ExtentAlarm]:
@@ -154,7 +168,10 @@ def _text(report: dict[str, Any]) -> str:
     lines += [f"could not look at {n} frames: {reason}" for reason, n in Counter(report["frames_unseen"]).most_common()]
     lines += [f"refused {n} masks: {reason}" for reason, n in Counter(report["masks_refused"]).most_common()]
     lines += alarm_lines(report["extent_alarms"])
-    resumed = f" ({report['frames_resumed']} done before)" if report["frames_resumed"] else ""
+    if any(room["name"] for room in report["rooms"]):
+        standing = [f"{room['name'] or 'in none of them'} {room['objects']}" for room in report["rooms"]]
+        lines.append(f"objects by room: {', '.join(standing)}")
+    resumed = f" ({report['frames_resumed']} of them done before)" if report["frames_resumed"] else ""
     lines.append(
         f"{report['frames']} frames{resumed}, {report['observations']} observations, {report['objects']} objects "
         f"-> {report['memory']}"

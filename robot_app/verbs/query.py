@@ -9,6 +9,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from robot_app.arguments import from_one
 from robot_app.cli import Failure, print_json
 
 if TYPE_CHECKING:
@@ -22,7 +23,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("memory", type=Path, metavar="SITE.belief")
     parser.add_argument("sentence", help='what to look for, in plain words: "take me to the lamp"')
     parser.add_argument("--readout", choices=READOUTS, default="consensus", help="language head (default consensus)")
-    parser.add_argument("--limit", type=_limit, default=10, metavar="N", help="show at most N candidates (default 10)")
+    parser.add_argument(
+        "--limit", type=from_one, default=10, metavar="N", help="show at most N candidates (default 10)"
+    )
 
 
 def run(options: argparse.Namespace) -> None:
@@ -34,7 +37,8 @@ def run(options: argparse.Namespace) -> None:
     except ValueError as error:
         raise Failure(str(error)) from error
     memory = open_with_encoder(options.memory)
-    candidates = memory.rank(options.sentence, options.readout, limit=options.limit)
+    ranked = memory.rank(options.sentence, options.readout)
+    candidates = ranked[: options.limit]
     report = {
         "query": options.sentence,
         "target": target.text,
@@ -42,7 +46,7 @@ def run(options: argparse.Namespace) -> None:
         "readout": options.readout,
         "memory": str(options.memory),
         "content_hash": memory.content_hash,
-        "margin": candidates[0].score - candidates[1].score if len(candidates) > 1 else None,
+        "margin": ranked[0].score - ranked[1].score if len(ranked) > 1 else None,
         "candidates": [describe(memory, candidate) for candidate in candidates],
     }
     if not candidates:
@@ -69,12 +73,6 @@ def describe(memory: ObjectMemory, candidate: Candidate) -> dict[str, Any]:
     }
 
 
-def _limit(text: str) -> int:
-    if not text.isdigit() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"a whole number from 1, not {text!r}")
-    return int(text)
-
-
 def _show(report: dict[str, Any]) -> None:
     from rich.table import Table
 
@@ -86,11 +84,12 @@ def _show(report: dict[str, Any]) -> None:
     table = Table(title=cell(f"{report['target']} ({report['readout']})"), title_justify="left")
     for name in ("object", "score", "visual", "language"):
         table.add_column(name, justify="right")
-    for name in ("label", "trust", "seen", "centre (m)", "said of it"):
+    for name in ("label", "room", "trust", "seen", "centre (m)", "said of it"):
         table.add_column(name)
     for c in report["candidates"]:
         numbers = [str(c["object_id"]), *(number(c[k]) for k in ("score", "visual", "language"))]
         centre = " ".join(f"{x:.2f}" for x in c["centroid"])
         seen = f"{c['observations']} x in {c['frames']} frames"
-        table.add_row(*numbers, cell(c["label"] or "-"), c["trust"], seen, centre, cell(", ".join(c["phrases"][:5])))
+        words = [cell(c["label"] or "-"), cell(c["room"] or "-"), c["trust"], seen, centre]
+        table.add_row(*numbers, *words, cell(", ".join(c["phrases"][:5])))
     show(table)

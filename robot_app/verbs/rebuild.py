@@ -20,15 +20,21 @@ EXAMPLE = "openbelief rebuild demo-out/site.belief -o new.belief --set synonym_t
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    from robot_app.room_files import FORM
+
     parser.add_argument("memory", type=Path, metavar="SITE.belief")
     parser.add_argument("-o", "--out", required=True, type=Path, metavar="NEW.belief", help="the memory to write")
     parser.add_argument("--parameters", type=Path, metavar="FILE.toml", help="parameters to change, as name = value")
-    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="one parameter to change")
+    parser.add_argument(
+        "--set", action="append", type=_setting, default=[], metavar="NAME=VALUE", help="one parameter to change"
+    )
+    parser.add_argument("--rooms", type=Path, metavar="ROOMS.json", help=f"where things stand: {FORM}")
     parser.add_argument("--force", action="store_true", help="replace NEW.belief where it exists")
 
 
 def run(options: argparse.Namespace) -> None:
     from robot_app.memories import open_memory
+    from robot_app.room_files import read_rooms
 
     if options.out.exists() and not options.force:
         raise Failure(f"{options.out} exists: choose another name, or --force to replace it.")
@@ -38,9 +44,11 @@ def run(options: argparse.Namespace) -> None:
     changes = _changes(options)
     try:
         new = old.rebuilt(_changed(old.parameters, changes))
+        if options.rooms:
+            new = new.with_rooms(read_rooms(options.rooms))
+        new.save(options.out)
     except (ValueError, TypeError) as error:
         raise Failure(str(error)) from error
-    new.save(options.out)
     report = {
         "memory": str(options.out),
         "content_hash": new.content_hash,
@@ -59,22 +67,29 @@ def _changes(options: argparse.Namespace) -> dict[str, Any]:
     try:
         if options.parameters:
             changes |= tomllib.loads(options.parameters.read_text(encoding="utf-8"))
-        for each in options.set:
-            changes |= _one(each)
     except (OSError, ValueError) as error:
-        raise Failure(f"The parameters cannot be read: {error}") from error
+        raise Failure(f"--parameters {options.parameters}: {error}") from error
+    for each in options.set:
+        changes |= each
     return changes
 
 
-def _one(text: str) -> dict[str, Any]:
-    """NAME=VALUE as TOML; a bare word is text."""
-    name, equals, value = text.partition("=")
+def _setting(text: str) -> dict[str, Any]:
+    """NAME=VALUE as TOML, a bare word as text: a parameter that there is, of a value that it can have."""
+    from openbelief.parameters import Parameters
+
+    name, equals, value = (part.strip() for part in text.partition("="))
     if not equals:
-        raise ValueError(f"--set {text!r} should be NAME=VALUE")
+        raise argparse.ArgumentTypeError(f"should be NAME=VALUE, not {text!r}")
     try:
-        return {name.strip(): tomllib.loads(f"value = {value}")["value"]}
+        setting = {name: tomllib.loads(f"value = {value}")["value"]}
     except tomllib.TOMLDecodeError:
-        return {name.strip(): value.strip()}
+        setting = {name: value}
+    try:
+        Parameters.from_dict(setting)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
+    return setting
 
 
 def _changed(parameters: Parameters, changes: dict[str, Any]) -> Parameters:

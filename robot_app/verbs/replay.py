@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from robot_app.cli import Failure, print_json
+from robot_app.cli import Failure, Usage, print_json
 
 if TYPE_CHECKING:
     from logs.trial_compare import Difference
@@ -24,11 +24,17 @@ EXAMPLE = "openbelief replay demo-out/trial.mcap"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    from robot_app import arguments
     from robot_app.perceptions import FORMS
 
     parser.add_argument("trial", type=Path, metavar="TRIAL.mcap", help="a recorded trial")
     parser.add_argument("--memory", type=Path, help="the .belief file, where the trial names it only by its hash")
-    parser.add_argument("--perception", metavar="KIND:ARGUMENT", help=f"looks at the arrival frames again: {FORMS}")
+    parser.add_argument(
+        "--perception",
+        type=arguments.perception,
+        metavar="KIND:ARGUMENT",
+        help=f"looks at the arrival frames again: {FORMS}",
+    )
     parser.add_argument("--seed", type=int, metavar="N", help="of a simulated perception (default: the trial's)")
 
 
@@ -39,7 +45,7 @@ def run(options: argparse.Namespace) -> int:
     from robot_app.trials import replay_trial
 
     if options.seed is not None and options.perception is None:
-        raise Failure("--seed is for --perception: nothing is simulated without it")
+        raise Usage("--seed is for --perception: nothing is simulated without it")
     try:
         replayed = replay_trial(options.trial, options.memory, options.perception, options.seed)
     except (LogError, TrialError, BeliefFileError, ValueError, OSError) as error:

@@ -46,6 +46,7 @@ def explain(memory: ObjectMemory, node: ObjectNode) -> dict[str, Any]:
         "label": node.label,
         "trust": node.trust,
         "background": node.background,
+        "heaviest_phrase": node.heaviest_phrase,
         "lambda": visual_weight(node, memory.parameters) if memory.feature_text_aligned else 0.0,
         "frames": node.frames,
         "centroid": node.centroid.tolist(),
@@ -97,7 +98,8 @@ def _show(report: dict[str, Any]) -> None:
     show(_concepts(report))
     show(_observations(report))
     x, y, z = report["centroid"]
-    print(f"centre {x:.2f} {y:.2f} {z:.2f} m, weight of the visual branch {report['lambda']:g}")
+    room = f" in the {cell(report['room'])}" if report["room"] else ""
+    print(f"centre {x:.2f} {y:.2f} {z:.2f} m{room}, weight of the visual branch {report['lambda']:g}")
     if report["extent_alarm"]:
         print(f"may be more than one object: {report['extent_alarm']}")
     if report.get("crops"):

@@ -162,9 +162,21 @@ def test_somebody_else_s_database_a_missing_file_and_a_folder_are_refused(tmp_pa
     db.close()
     with pytest.raises(BeliefFileError, match="not an OpenBelief memory"):
         ObjectMemory.open(tmp_path / "a.belief")
-    for missing in (tmp_path / "b.belief", tmp_path):
-        with pytest.raises(BeliefFileError, match="openbelief map"):
+    for missing, said in ((tmp_path / "b.belief", "does not exist"), (tmp_path, "is a folder")):
+        with pytest.raises(BeliefFileError, match=f"{said}.*openbelief map"):
             ObjectMemory.open(missing)
+
+
+def test_where_nothing_can_be_written_saving_says_so_in_one_line(memory, tmp_path):
+    (tmp_path / "file").write_text("")
+    for target, said in (
+        (tmp_path / "no-folder" / "a.belief", "no-folder does not exist"),
+        (tmp_path, "is a folder"),
+        (tmp_path / "file" / "a.belief", "does not exist"),
+    ):
+        with pytest.raises(BeliefFileError, match=rf"^[^\n]*{said}[^\n]*$"):
+            memory.save(target)
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 
 def test_a_newer_file_asks_for_a_newer_program(path):

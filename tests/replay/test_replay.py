@@ -98,15 +98,20 @@ def test_a_perception_that_fails_is_named_and_no_verdict_is_blamed(monkeypatch, 
     assert "blind could not look" in printed.err and "does not answer" in printed.err and printed.out == ""
 
 
+def test_a_perception_that_cannot_look_is_refused_in_one_line(capsys):
+    assert main(["replay", str(SMALL_ROOM), "--perception", "scripted:no-scene.json"]) == 1
+    [line] = capsys.readouterr().err.strip().splitlines()
+    assert "no-scene.json" in line
+
+
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        (["--perception", "telepathy:yes"], "--perception should be recorded:FILE.jsonl"),
-        (["--perception", "scripted:no-scene.json"], "no-scene.json"),
+        (["--perception", "telepathy:yes"], "argument --perception: should be recorded:FILE.jsonl"),
         (["--seed", "3"], "--seed is for --perception"),
     ],
 )
-def test_a_perception_that_cannot_look_is_refused_in_one_line(arguments, complaint, capsys):
-    assert main(["replay", str(SMALL_ROOM), *arguments]) == 1
-    [line] = capsys.readouterr().err.strip().splitlines()
-    assert complaint in line
+def test_a_command_line_that_cannot_be_meant_is_wrong_usage(arguments, complaint, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["replay", str(SMALL_ROOM), *arguments])
+    assert ended.value.code == 2 and complaint in capsys.readouterr().err

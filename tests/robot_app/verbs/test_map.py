@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 import signal
@@ -11,10 +12,12 @@ import numpy as np
 import pytest
 
 from openbelief.memory import ObjectMemory
+from openbelief.observation import encode_rle
 from openbelief.store import BeliefStore
 from robot_app.cli import main
 from robot_app.verbs.map import alarm_lines
 
+COLOR = "/camera/color/image_raw/compressed"
 RECORDINGS = Path(__file__).resolve().parents[3].parent / "shared" / "recordings"
 
 # A perception that plays a file back, notes every frame it looks at, and kills its own process on the way.
@@ -28,7 +31,8 @@ from robot_app.mapping import MapJob, run_map
 from robot_app.perceptions import KINDS, PerceptionKind
 from robot_app.progress import LineProgress
 
-walk, jsonl, out, log, where, number = sys.argv[1:]
+walks, out, log, where, number = sys.argv[1:]
+walks = [Path(walk) for walk in walks.split(os.pathsep)]
 count = 0
 def die(at):
     global count
@@ -54,12 +58,20 @@ def add_frame(self, *args, **kwargs):
     keep(self, *args, **kwargs)
 BeliefStore.add_frame = add_frame
 KINDS["mortal"] = PerceptionKind(lambda path, *_: Mortal(path), "FILE", expensive=True)
-print(run_map(MapJob([Path(walk)], Path(out), [f"mortal:{jsonl}"]), Words(), LineProgress()).memory.content_hash)
+job = MapJob(walks, Path(out), [f"mortal:{walk.with_suffix('.perception.jsonl')}" for walk in walks])
+result = run_map(job, Words(), LineProgress())
+print(result.memory.content_hash, result.taken, [reader.skipped for reader in result.readers])
 """
 
 
-def run_mortal(walk, jsonl, out, log, where="nowhere", number=0) -> subprocess.CompletedProcess:
-    command = [sys.executable, "-c", MORTAL, *map(str, (walk, jsonl, out, log, where, number))]
+def stamp_of(message) -> int | None:
+    head = getattr(message, "header", None)
+    return head.stamp.sec * 1_000_000_000 + head.stamp.nanosec if head else None
+
+
+def run_mortal(walks, out, log, where="nowhere", number=0) -> subprocess.CompletedProcess:
+    joined = os.pathsep.join(map(str, walks))
+    command = [sys.executable, "-c", MORTAL, *map(str, (joined, out, log, where, number))]
     return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
 
 
@@ -88,19 +100,44 @@ def walk(make_walk, words, tmp_path) -> Path:
 
 @pytest.mark.parametrize("where", ["perceive", "keep"])
 def test_a_mapping_killed_in_the_middle_resumes_to_the_same_memory_and_never_perceives_twice(walk, tmp_path, where):
-    jsonl = tmp_path / "walk.perception.jsonl"
-    whole = run_mortal(walk, jsonl, tmp_path / "whole.belief", tmp_path / "whole.log")
+    whole = run_mortal([walk], tmp_path / "whole.belief", tmp_path / "whole.log")
     assert whole.returncode == 0, whole.stderr
-    killed = run_mortal(walk, jsonl, tmp_path / "site.belief", tmp_path / "site.log", where, 4)
+    killed = run_mortal([walk], tmp_path / "site.belief", tmp_path / "site.log", where, 4)
     assert killed.returncode == -signal.SIGKILL and not (tmp_path / "site.belief").exists()
     with BeliefStore.resume(tmp_path / "site.belief.partial") as store:
         assert len(store.frames()) == 3
-    resumed = run_mortal(walk, jsonl, tmp_path / "site.belief", tmp_path / "site.log")
+    resumed = run_mortal([walk], tmp_path / "site.belief", tmp_path / "site.log")
     assert resumed.returncode == 0, resumed.stderr
-    assert resumed.stdout == whole.stdout  # the content hash
+    assert resumed.stdout == whole.stdout  # the content hash and the counts
     looked_at = (tmp_path / "site.log").read_text().split()
     assert len(looked_at) == 6 and looked_at == (tmp_path / "whole.log").read_text().split()
     assert not (tmp_path / "site.belief.partial").exists()
+
+
+@pytest.mark.parametrize("number", [3, 8])  # in the first walk, and in the second
+def test_a_resumed_mapping_reports_the_counts_of_an_uninterrupted_one(make_walk, tmp_path, number):
+    """Masks refused, pictures that would not decode and ones without depth are counted over all runs."""
+    walks = []
+    for name, count in (("a", 5), ("b", 6)):
+        made = make_walk(count)
+        speck = np.zeros((120, 160), bool)
+        speck[:3, :3] = True
+        first = made.masks[0]
+        made.masks.insert(1, first | {"mask_index": 9, "rle": encode_rle(speck)})
+        made.drop("/camera/depth/image_rect_raw", made.stamps[2])
+        _, _, picture = next(m for m in made.messages if m[0] == COLOR and stamp_of(m[2]) == made.stamps[1])
+        broken = dataclasses.replace(picture, data=np.frombuffer(b"no jpeg", np.uint8))
+        made.replace(COLOR, made.stamps[1], broken)
+        made.write_perception(tmp_path / f"{name}.perception.jsonl")
+        walks.append(made.write(tmp_path / f"{name}.mcap"))
+    whole = run_mortal(walks, tmp_path / "whole.belief", tmp_path / "whole.log")
+    assert whole.returncode == 0, whole.stderr
+    assert "'mask smaller than 100 pixels': 2" in whole.stdout and "Taken(frames=7, masks=" in whole.stdout
+    killed = run_mortal(walks, tmp_path / "site.belief", tmp_path / "site.log", "keep", number)
+    assert killed.returncode == -signal.SIGKILL
+    resumed = run_mortal(walks, tmp_path / "site.belief", tmp_path / "site.log")
+    assert resumed.returncode == 0, resumed.stderr
+    assert resumed.stdout == whole.stdout
 
 
 def test_a_walk_becomes_a_memory_with_a_report(walk, tmp_path, capsys):
@@ -194,12 +231,13 @@ def test_a_partial_file_is_resumed_by_the_same_job_only(make_walk, walk, tmp_pat
     assert "begun with other perception:" in capsys.readouterr().err
     assert main(["map", str(walk), "-o", str(out), "--json"]) == 0
     report = json.loads(capsys.readouterr().out)
-    assert (report["frames"], report["frames_resumed"]) == (0, 6)
+    assert (report["frames"], report["frames_resumed"]) == (6, 6)
 
 
 REFUSED = [
     (["{tmp}/nothing.mcap", "--perception", "recorded:{tmp}/walk.perception.jsonl"], "nothing.mcap is not there"),
-    (["{tmp}/walk.mcap", "--perception", "clip:x"], r"--perception should be recorded:FILE.jsonl"),
+    (["{tmp}/nothing.mcap"], "nothing.mcap is not there"),
+    (["{tmp}/walk.mcap", "--rooms", "{tmp}/no.json"], "no.json cannot be read"),
     (["{tmp}/walk.mcap", "--perception", "recorded:{tmp}/no.jsonl"], "no.jsonl cannot be read"),
     (["{tmp}/walk.mcap", "{tmp}/walk.mcap"], "named twice"),
     (["{tmp}/walk.mcap", "--map-frame", "world"], "gives no frame: 6 x no transform to the map"),
@@ -214,6 +252,36 @@ def test_wrong_input_is_refused_in_one_line_and_leaves_nothing_behind(walk, tmp_
     assert main(["map", *arguments, "-o", str(tmp_path / "site.belief")]) == 1
     assert said in capsys.readouterr().err.splitlines()[-1]
     assert not list(tmp_path.glob("site.belief*"))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--perception", "clip:x"], "argument --perception: should be recorded:FILE.jsonl"),
+        (["--perception", "bogus"], "argument --perception: should be recorded:FILE.jsonl"),
+        (["--stride", "0"], "argument --stride: a whole number from 1"),
+        (["--perception", "recorded:a", "--perception", "recorded:b"], "Give one --perception, or one for each"),
+    ],
+)
+def test_wrong_usage_exits_2_and_leaves_nothing_behind(walk, tmp_path, capsys, arguments, said):
+    with pytest.raises(SystemExit) as ended:
+        main(["map", str(walk), *arguments, "-o", str(tmp_path / "site.belief")])
+    assert ended.value.code == 2 and said in capsys.readouterr().err
+    assert not list(tmp_path.glob("site.belief*"))
+
+
+def test_a_walk_is_mapped_into_rooms_and_the_content_hash_does_not_change_by_them(walk, tmp_path, capsys):
+    rooms = [{"name": name, "polygon": [[1, y], [3, y], [3, y + 1], [1, y + 1]]} for name, y in (("a", -1), ("b", 9))]
+    (tmp_path / "rooms.json").write_text(json.dumps(rooms))
+    reports = []
+    for more in ([], ["--rooms", str(tmp_path / "rooms.json")]):
+        assert main(["map", str(walk), "-o", str(tmp_path / "site.belief"), "--force", "--json", *more]) == 0
+        reports.append(json.loads(capsys.readouterr().out))
+    assert reports[0]["content_hash"] == reports[1]["content_hash"]
+    assert reports[0]["rooms"] == [{"name": None, "objects": 3}]
+    assert [(room["name"], room["objects"]) for room in reports[1]["rooms"]] == [("a", 1), ("b", 0), (None, 2)]
+    placed = {node.label: node.room for node in ObjectMemory.open(tmp_path / "site.belief").objects}
+    assert placed == {"red box": "a", "green box": None, "blue box": None}
 
 
 def test_an_existing_memory_is_not_overwritten_unless_told_to(walk, tmp_path, capsys):

@@ -80,10 +80,47 @@ def test_rebuild_changes_belief_and_keeps_the_evidence(memory, capsys, tmp_path)
     assert "--force" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("change", ["voxel_m=0.05", "alpha=nan", "beta=1", "alpha", "alpha=high"])
-def test_rebuild_refuses_a_parameter_it_cannot_change(memory, capsys, tmp_path, change):
-    assert main(["rebuild", str(memory), "-o", str(tmp_path / "new.belief"), "--set", change]) == 1
+def test_rebuild_refuses_a_parameter_that_was_settled_while_mapping(memory, capsys, tmp_path):
+    assert main(["rebuild", str(memory), "-o", str(tmp_path / "new.belief"), "--set", "voxel_m=0.05"]) == 1
     assert capsys.readouterr().err.count("\n") == 1 and not (tmp_path / "new.belief").exists()
+
+
+@pytest.mark.parametrize("change", ["alpha=nan", "beta=1", "alpha", "alpha=high", "tau_g=abc", "tau_v=5"])
+def test_a_setting_that_is_none_is_wrong_usage(memory, capsys, tmp_path, change):
+    with pytest.raises(SystemExit) as ended:
+        main(["rebuild", str(memory), "-o", str(tmp_path / "new.belief"), "--set", change])
+    assert ended.value.code == 2 and "argument --set: " in capsys.readouterr().err
+    assert not (tmp_path / "new.belief").exists()
+
+
+ROOMS = [{"name": "west", "polygon": [[-1, -1], [1, -1], [1, 1], [-1, 1]]}]
+
+
+def test_rooms_are_given_to_a_finished_memory_shown_by_query_and_why_and_rank_nothing(memory, capsys, tmp_path):
+    (tmp_path / "truth.json").write_text(json.dumps({"format": "openbelief.truth/1", "rooms": ROOMS}))
+    new = tmp_path / "new.belief"
+    result = answer(capsys, "rebuild", memory, "-o", new, "--rooms", tmp_path / "truth.json")
+    assert result["content_hash"] == result["source"]["content_hash"]
+    before, now = (answer(capsys, "query", path, "a chair")["candidates"] for path in (memory, new))
+    assert [c["room"] for c in before] == [None] * 3
+    assert {c["object_id"]: c["room"] for c in now} == {0: "west", 1: None, 2: None}
+    assert [c | {"room": None} for c in now] == before
+    assert main(["query", str(new), "chair"]) == 0 and " west " in capsys.readouterr().out
+    assert main(["why", str(new), "0"]) == 0 and " m in the west, " in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("said", ["{", "[1]", '{"rooms": 3}', '[{"name": "a", "polygon": [[0, 0]]}]', "{}"])
+def test_a_file_without_rooms_is_refused_in_one_line(memory, capsys, tmp_path, said):
+    (tmp_path / "rooms.json").write_text(said)
+    arguments = ["rebuild", memory, "-o", tmp_path / "new.belief", "--rooms", tmp_path / "rooms.json"]
+    assert main([*map(str, arguments)]) == 1
+    [line] = capsys.readouterr().err.splitlines()
+    assert "rooms.json names no rooms" in line and not (tmp_path / "new.belief").exists()
+
+
+def test_the_margin_is_over_the_second_candidate_also_where_one_is_shown(memory, capsys):
+    one, two = (answer(capsys, "query", memory, "lamp", "--limit", limit) for limit in (1, 2))
+    assert len(one["candidates"]) == 1 and one["margin"] == two["margin"] > 0
 
 
 def test_eval_retrieval_scores_against_the_truth(memory, capsys, tmp_path):
@@ -105,6 +142,8 @@ def test_eval_retrieval_scores_against_the_truth(memory, capsys, tmp_path):
     ("arguments", "words"),
     [
         (["query", "missing.belief", "lamp"], "does not exist"),
+        (["query", ".", "lamp"], ". is a folder, not a memory"),
+        (["rebuild", "{memory}", "-o", "new.belief", "--rooms", "missing.json"], "missing.json cannot be read"),
         (["query", "{memory}", "take me to the"], "names nothing"),
         (["why", "{memory}", "99"], "has no object 99"),
         (["why", "{memory}", "-1"], "has no object -1"),
