@@ -1,6 +1,7 @@
 """Camera, pose, map and lidar of the robot, as the bridge forwards its ROS topics.
 
 Age is the Clock's time since the message's stamp, so a publisher whose stamps stand still is stale like a silent one.
+A robot whose clock is set, ahead or back, is followed at its next message; while it is wrong, that is named.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from drivers.ports import CameraFrame, Charge, Clock, LidarCloud, PoseUnavailabl
 from drivers.ros_clouds import cloud_of
 from drivers.ros_convert import camera_frame_of, grid_of, transforms_of
 from drivers.ros_messages import Codec, Message, WireError, codec, stamp_to_ns
+from drivers.stamps import is_news, require_fresh
 from drivers.topics import BATTERY, CAMERA_INFO, COLOR, DEPTH, LIDAR, MAP, TF, TF_STATIC, Topic
 from drivers.transform_tree import TransformNotYet, TransformTree
 from drivers.zenoh_link import ZenohLink
@@ -22,7 +24,6 @@ from openbelief.arrays import Array
 from openbelief.pose import Pose2
 from openbelief.traversability import OccupancyGrid
 
-AHEAD_S = 0.25  # a stamp further in the future means that the clocks differ
 PAIRING = 8  # colour, depth or calibration that wait for their partners, at most
 
 
@@ -33,15 +34,6 @@ def listen(
     intake = Intake(topic.name, topic.type_name, topic.max_bytes, shapes or codec(), use)
     link.subscribe(keys.topic(topic), intake, history=topic.latched)
     return intake
-
-
-def require_fresh(what: str, stamp_ns: int, now_ns: int, max_age_s: float, trouble: str = "") -> None:
-    """Raises StaleData where the stamp is older than `max_age_s`, or lies in the future."""
-    age_s = (now_ns - stamp_ns) / 1e9
-    if age_s > max_age_s:
-        raise StaleData(f"{what}: the newest is {age_s:.2f} s old, more than {max_age_s:g} s.{trouble}")
-    if age_s < -AHEAD_S:
-        raise StaleData(f"{what}: its stamp is {-age_s:.2f} s ahead of our clock: synchronise the clocks (chrony).")
 
 
 class RosCamera:
@@ -105,7 +97,7 @@ class RosCamera:
 
     def _complete(self, stamp_ns: int) -> None:
         parts = self._waiting.pop(stamp_ns)
-        if self._newest is None or stamp_ns > self._newest[0]:
+        if self._newest is None or is_news(stamp_ns, self._newest[0]):
             self._newest = (stamp_ns, tuple(parts[i] for i in range(len(self._topics))))
 
     def _trouble(self) -> str:
@@ -133,7 +125,7 @@ class RosLidar:
 
     def _keep(self, message: Message) -> None:
         cloud = cloud_of(message)
-        if self._cloud is None or cloud.stamp_ns > self._cloud.stamp_ns:
+        if self._cloud is None or is_news(cloud.stamp_ns, self._cloud.stamp_ns):
             self._cloud = cloud
 
 

@@ -6,6 +6,7 @@ import threading
 from bisect import bisect_left
 
 from drivers.ports import PoseUnavailable
+from drivers.stamps import set_back
 from openbelief.arrays import Array
 from openbelief.pose import interpolate, inverse, transform
 
@@ -39,7 +40,13 @@ class Edge:
         self.samples: list[Array | None] = []
 
     def add(self, stamp_ns: int, sample: Array | None, horizon_ns: int | None) -> None:
-        """Out-of-order stamps are sorted in; a repeated stamp keeps its first sample, as tf2 does."""
+        """Out-of-order stamps are sorted in; a repeated stamp keeps its first sample, as tf2 does.
+
+        A live edge (with a horizon) whose publisher's clock was set back begins anew: the old samples' times are gone.
+        """
+        if horizon_ns is not None and self.stamps and set_back(stamp_ns, self.stamps[-1]):
+            self.stamps.clear()
+            self.samples.clear()
         at = bisect_left(self.stamps, stamp_ns)
         if at < len(self.stamps) and self.stamps[at] == stamp_ns:
             return

@@ -8,6 +8,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from drivers.ros_messages import decode, encode, ns_to_stamp, stamp_to_ns
+from drivers.topics import TRANSFORMS, Topic
+
 ALWAYS = 1 << 30
 GARBAGE = b"\x00\x01\x00\x00 this is no message"
 
@@ -67,3 +70,16 @@ def oversize(payload: bytes) -> bytes:
 def not_finite(payload: bytes) -> bytes:
     """A message whose last eight bytes are the double NaN: the w of a last transform."""
     return payload[:-8] + np.float64(np.nan).tobytes()
+
+
+def shifted(topic: Topic, by_s: float) -> Callable[[bytes], bytes]:
+    """Every stamp of a message later by so much: the robot's clock was set."""
+    by_ns = round(by_s * 1e9)
+
+    def spoil(payload: bytes) -> bytes:
+        message = decode(payload, topic.type_name)
+        for stamped in message.transforms if topic.type_name == TRANSFORMS else [message]:
+            stamped.header.stamp = ns_to_stamp(stamp_to_ns(stamped.header.stamp) + by_ns)
+        return encode(message)
+
+    return spoil

@@ -100,3 +100,22 @@ def test_samples_behind_the_horizon_are_dropped_and_late_ones_sorted_in():
     assert t.newest_stamp("map", "base") == 1000 * MS
     with pytest.raises(TransformTooOld):
         t.lookup(400 * MS, "map", "base")
+
+
+def test_after_the_publishers_clock_was_set_back_its_edge_begins_anew():
+    t = TransformTree(horizon_s=10.0)
+    for k in range(20):
+        t.add(3_600_000 * MS + k * 50 * MS, "map", "base", [1.0, 0, 0], [0, 0, 0, 1])
+    for k in range(3):
+        t.add(k * 50 * MS, "map", "base", [2.0, 0, 0], [0, 0, 0, 1])
+    assert t.newest_stamp("map", "base") == 100 * MS
+    assert t.lookup(75 * MS, "map", "base")[0, 3] == pytest.approx(2.0)
+    with pytest.raises(TransformNotYet):
+        t.lookup(3_600_000 * MS, "map", "base")
+
+
+def test_a_recordings_tree_keeps_what_came_before_its_clock_was_set_back():
+    t = TransformTree()
+    for stamp in (3_600_000, 0):
+        t.add(stamp * MS, "map", "base", [float(stamp), 0, 0], [0, 0, 0, 1])
+    assert t.lookup(3_600_000 * MS, "map", "base")[0, 3] == pytest.approx(3_600_000)

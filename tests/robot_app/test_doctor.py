@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import struct
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -17,7 +16,7 @@ from drivers.heartbeat import Heartbeat, WatchdogView
 from drivers.ros_convert import battery_message
 from drivers.ros_messages import encode
 from drivers.ros_topics import RosBattery
-from drivers.topics import BATTERY, CAMERA_INFO, COLOR, DEPTH, LIDAR, TF, TRANSFORMS, Topic
+from drivers.topics import BATTERY, CAMERA_INFO, COLOR, DEPTH, LIDAR, TF
 from drivers.watchdog_guard import WatchdogGuard
 from drivers.zenoh_link import ZenohLink
 from openbelief import ObjectMemory, Observation, Parameters
@@ -32,7 +31,7 @@ from robot_app.doctor_site import check_certificates, check_disk, check_memory
 from robot_app.site_folder import make_site
 from robot_app.verbs.doctor import written
 from robot_app.zenoh_site import ZenohSite
-from sim_fakes.faults import garbage
+from sim_fakes.faults import garbage, shifted
 
 CONFIG = Config()
 DAY_NS = 86_400 * 10**9
@@ -118,23 +117,10 @@ def test_stamps_that_stand_still_are_found(robot: Robot) -> None:
 def test_clocks_that_differ_are_found(robot: Robot, ahead_s: float, level: Level) -> None:
     spoiled = robot.site.simulation.site.sensor_faults.spoiled
     for topic in (COLOR, DEPTH, CAMERA_INFO, LIDAR, TF):
-        spoiled[topic.name] = shifted(topic, round(ahead_s * 1e9))
+        spoiled[topic.name] = shifted(topic, ahead_s)
     found = findings(robot)
     assert found["clocks"].level == level
     assert f"{-1000 * ahead_s:.0f} ms" in found["clocks"].said and "chrony" in found["clocks"].remedy
-
-
-def shifted(topic: Topic, by_ns: int) -> Callable[[bytes], bytes]:
-    """Every stamp of a message later by so much; a transform's header lies behind the sequence's length."""
-    stamp, at = struct.Struct("<iI"), 8 if topic.type_name == TRANSFORMS else 4
-
-    def spoil(payload: bytes) -> bytes:
-        seconds, nanoseconds = stamp.unpack_from(payload, at)
-        moved = bytearray(payload)
-        stamp.pack_into(moved, at, *divmod(seconds * 10**9 + nanoseconds + by_ns, 10**9))
-        return bytes(moved)
-
-    return spoil
 
 
 @pytest.fixture
