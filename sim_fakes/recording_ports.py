@@ -2,21 +2,21 @@
 
 The recording begins when its first body is made; stamps are moved by as much, so that ages mean what they meant. What
 came before the clock's now can be had, what came after cannot. At its end everything grows stale; it does not loop.
+As with the real drivers, `take_frames`, `take_clouds` and `take_imu` give a recorder all that came since the last call.
 """
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Generic, TypeVar
 
 from drivers.ports import CameraFrame, Clock, LidarCloud, PoseUnavailable, StaleData
 from drivers.ros_clouds import cloud_of
 from drivers.ros_convert import grid_of
 from drivers.ros_messages import decode
+from drivers.topics import IMU_TYPE
 from logs.frame_plan import RecordingError, Scan, scan
 from logs.frames import FrameReader
 from logs.reader import LogMessage, LogReader
@@ -25,10 +25,11 @@ from openbelief.arrays import Array
 from openbelief.observation import RgbdFrame
 from openbelief.pose import Pose2
 from openbelief.traversability import OccupancyGrid
+from sim_fakes.recording_imu import CAMERA_IMU_NAMES, LIDAR_IMU_NAMES, RecordingImu, imu_topic
+from sim_fakes.recording_time import Newest, TimeLine
 
 CLOUD, GRID = "sensor_msgs/msg/PointCloud2", "nav_msgs/msg/OccupancyGrid"
 MAX_TF_GAP_S = 0.25
-Value = TypeVar("Value")
 
 
 class RecordingPorts:
@@ -47,18 +48,24 @@ class RecordingPorts:
         return self._reader.plan.frames[0].stamp_ns
 
     def camera(self, clock: Clock) -> RecordingCamera:
-        frame_ids = dict(self._scan.color[str(self._reader.plan.topics.color)])
-        return RecordingCamera(self._reader, frame_ids, self._line(clock))
+        """With an IMU where the recording holds the camera's."""
+        frame_ids, line = dict(self._scan.color[str(self._reader.plan.topics.color)]), self._line(clock)
+        imu = self._imu(CAMERA_IMU_NAMES)
+        if imu is None:
+            return RecordingCamera(self._reader, frame_ids, line)
+        return RecordingCameraWithImu(self._reader, frame_ids, line, imu)
 
     def lidar(self, clock: Clock) -> RecordingLidar:
-        return RecordingLidar(self._messages(CLOUD, "lidar"), self._line(clock))
+        """With an IMU where the recording holds the lidar's."""
+        clouds, line, imu = self._messages(CLOUD, "lidar"), self._line(clock), self._imu(LIDAR_IMU_NAMES)
+        return RecordingLidar(clouds, line) if imu is None else RecordingLidarWithImu(clouds, line, imu)
 
     def pose(self, clock: Clock) -> RecordingPoses:
         return RecordingPoses(self._scan, self._line(clock))
 
     def map(self, clock: Clock) -> RecordingMap | BuiltMap:
         """The recorded one; where there is none, a grid of all that the walk's lidar and depth camera saw."""
-        if GRID not in LogReader(self._path, prefix=True).topics().values():
+        if not self._topics(GRID):
             return BuiltMap(grid_from_what_was_seen(self._path))
         return RecordingMap(self._messages(GRID, "map"), self._line(clock))
 
@@ -72,46 +79,21 @@ class RecordingPorts:
         return TimeLine(clock, self._offset_ns)
 
     def _messages(self, type_name: str, what: str) -> Iterator[LogMessage]:
-        log = LogReader(self._path, prefix=True)
-        topics = sorted(topic for topic, kind in log.topics().items() if kind == type_name)
+        topics = self._topics(type_name)
         if not topics:
             raise RecordingError(f"{self._path.name} holds no {what} ({type_name}): take another body for that port")
-        return log.messages({topics[0]})
+        return LogReader(self._path, prefix=True).messages({topics[0]})
 
+    def _imu(self, names: tuple[str, tuple[str, ...]]) -> Iterator[LogMessage] | None:
+        topic = imu_topic(self._topics(IMU_TYPE), *names)
+        return None if topic is None else LogReader(self._path, prefix=True).messages({topic})
 
-class TimeLine:
-    """The recording's time at the clock's now, and ages by it."""
+    def _topics(self, type_name: str) -> list[str]:
+        return sorted(topic for topic, kind in self._kinds.items() if kind == type_name)
 
-    def __init__(self, clock: Clock, offset_ns: int) -> None:
-        self._clock, self.offset_ns = clock, offset_ns
-
-    def now_ns(self) -> int:
-        return self._clock.now_ns() - self.offset_ns
-
-    def fresh(self, what: str, found: tuple[int, Value] | None, max_age_s: float) -> tuple[int, Value]:
-        """What was found, with its stamp on the clock's time line; raises StaleData."""
-        if found is None:
-            raise StaleData(f"{what}: the recording has none yet.")
-        stamp_ns, value = found
-        age_s = (self.now_ns() - stamp_ns) / 1e9
-        if age_s > max_age_s:
-            raise StaleData(f"{what}: the recording's newest is {age_s:.2f} s old, more than {max_age_s:g} s.")
-        return stamp_ns + self.offset_ns, value
-
-
-class Newest(Generic[Value]):
-    """The newest of a stream of (stamp_ns, value) at a time that only grows; holds two values. Thread-safe."""
-
-    def __init__(self, stream: Iterator[tuple[int, Value]]) -> None:
-        self._stream, self._lock = stream, threading.Lock()
-        self._now: tuple[int, Value] | None = None
-        self._ahead = next(stream, None)
-
-    def at(self, now_ns: int) -> tuple[int, Value] | None:
-        with self._lock:
-            while self._ahead is not None and self._ahead[0] <= now_ns:
-                self._now, self._ahead = self._ahead, next(self._stream, None)
-            return self._now
+    @cached_property
+    def _kinds(self) -> dict[str, str]:
+        return LogReader(self._path, prefix=True).topics()
 
 
 class RecordingCamera:
@@ -123,6 +105,13 @@ class RecordingCamera:
 
     def latest(self, max_age_s: float) -> CameraFrame:
         stamp_ns, frame = self._line.fresh("Camera", self._newest.at(self._line.now_ns()), max_age_s)
+        return self._frame(stamp_ns, frame)
+
+    def take_frames(self) -> list[CameraFrame]:
+        taken = self._newest.take("Camera", self._line.now_ns())
+        return [self._frame(stamp_ns + self._line.offset_ns, frame) for stamp_ns, frame in taken]
+
+    def _frame(self, stamp_ns: int, frame: RgbdFrame) -> CameraFrame:
         frame_id = self._frame_ids[frame.stamp_ns]
         return CameraFrame(stamp_ns, frame.color, frame.depth_m, frame.intrinsics, frame_id)
 
@@ -138,6 +127,24 @@ class RecordingLidar:
     def latest(self, max_age_s: float) -> LidarCloud:
         stamp_ns, cloud = self._line.fresh("Lidar", self._newest.at(self._line.now_ns()), max_age_s)
         return replace(cloud, stamp_ns=stamp_ns)
+
+    def take_clouds(self) -> list[LidarCloud]:
+        taken = self._newest.take("Lidar", self._line.now_ns())
+        return [replace(cloud, stamp_ns=stamp_ns + self._line.offset_ns) for stamp_ns, cloud in taken]
+
+
+class RecordingCameraWithImu(RecordingCamera):
+    def __init__(
+        self, reader: FrameReader, frame_ids: dict[int, str], line: TimeLine, imu: Iterator[LogMessage]
+    ) -> None:
+        super().__init__(reader, frame_ids, line)
+        self.take_imu = RecordingImu(imu, line).take_imu
+
+
+class RecordingLidarWithImu(RecordingLidar):
+    def __init__(self, messages: Iterator[LogMessage], line: TimeLine, imu: Iterator[LogMessage]) -> None:
+        super().__init__(messages, line)
+        self.take_imu = RecordingImu(imu, line).take_imu
 
 
 class RecordingPoses:

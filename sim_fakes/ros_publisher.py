@@ -17,7 +17,7 @@ from drivers.ros_convert import (
     transforms_message,
 )
 from drivers.ros_messages import Message, encode
-from drivers.topics import BATTERY, CAMERA_INFO, COLOR, DEPTH, LIDAR, LIDAR_IMU, MAP, TF, TF_STATIC, Topic
+from drivers.topics import BATTERY, CAMERA_IMU, CAMERA_INFO, COLOR, DEPTH, LIDAR, LIDAR_IMU, MAP, TF, TF_STATIC, Topic
 from openbelief.arrays import Array
 from openbelief.observation import Intrinsics
 from openbelief.pose import T_CAMERA_LINK_OPTICAL, Pose2, inverse, wrap_angle
@@ -101,7 +101,7 @@ class SimRosPublisher:
         self._tf()
 
     def start_imu(self) -> None:
-        """The lidar's IMU too, ten samples at a time; missions do not read it, recordings keep it."""
+        """The lidar's and the camera's IMU too, ten samples at a time; missions read neither, recordings keep both."""
         yaws = [self._robot.pose.yaw]
 
         def send() -> None:
@@ -122,12 +122,16 @@ class SimRosPublisher:
         self._clock.every(1.0 / BATTERY_RATE_HZ, send)
 
     def _send_imu(self, turn_rad_s: float) -> None:
-        """What the base feels, turned into the lidar's frame; the stamps are spread over the time since the last."""
-        R_lidar_base = self._robot.T_base_lidar[:3, :3].T
-        gyro, acceleration = R_lidar_base @ [0.0, 0.0, turn_rad_s], R_lidar_base @ [0.0, 0.0, GRAVITY_M_S2]
+        """What the base feels, turned into each sensor's frame; the stamps are spread over the time since the last."""
         step_ns = round(1e9 / TF_RATE_HZ / IMU_PER_TF)
-        for back in reversed(range(IMU_PER_TF)):
-            self._send(LIDAR_IMU, imu_message(self._stamp_ns() - back * step_ns, LIDAR_FRAME, gyro, acceleration))
+        for topic, frame_id, T_base_sensor in (
+            (LIDAR_IMU, LIDAR_FRAME, self._robot.T_base_lidar),
+            (CAMERA_IMU, CAMERA_FRAME, self._robot.T_base_camera),
+        ):
+            R_sensor_base = T_base_sensor[:3, :3].T
+            gyro, acceleration = R_sensor_base @ [0.0, 0.0, turn_rad_s], R_sensor_base @ [0.0, 0.0, GRAVITY_M_S2]
+            for back in reversed(range(IMU_PER_TF)):
+                self._send(topic, imu_message(self._stamp_ns() - back * step_ns, frame_id, gyro, acceleration))
 
     def _mounts(self) -> list[tuple[str, str, Array]]:
         T_base_link = self._robot.T_base_camera @ inverse(T_CAMERA_LINK_OPTICAL)
