@@ -9,7 +9,9 @@ from dataclasses import dataclass
 from types import TracebackType
 
 from drivers.ports import Clock
+from drivers.topics import TRANSFORMS
 from logs.recorder import McapRecorder
+from logs.streams import Stream
 
 MAX_BYTES = 256 << 20  # five seconds of raw 640x480 RGB-D at 30 Hz
 
@@ -28,20 +30,6 @@ class Cdr:
             raise ValueError(f"a stamp of {self.stamp_ns} ns is none")
 
 
-@dataclass
-class Stream:
-    """What became of one topic's messages. reason: of its newest drop."""
-
-    taken: int = 0
-    written: int = 0
-    dropped: int = 0
-    bytes: int = 0
-    reason: str = ""
-
-    def drop(self, reason: str) -> None:
-        self.dropped, self.reason = self.dropped + 1, reason
-
-
 @dataclass(frozen=True)
 class _Waiting:
     stream: Stream
@@ -56,7 +44,16 @@ class QueuedRecorder:
     Holds `max_bytes` of payloads at most; what comes when it is full is dropped and counted in `streams`.
     """
 
-    def __init__(self, recorder: McapRecorder, clock: Clock, *, max_bytes: int = MAX_BYTES) -> None:
+    def __init__(
+        self,
+        recorder: McapRecorder,
+        clock: Clock,
+        *,
+        max_bytes: int = MAX_BYTES,
+        watch: Callable[[Cdr], None] | None = None,
+    ) -> None:
+        """watch: sees each message that was written, on the writer's thread."""
+        self._watch = watch
         self.streams: dict[str, Stream] = {}
         self._recorder, self._clock, self._max_bytes = recorder, clock, max_bytes
         self._waiting: deque[_Waiting] = deque()
@@ -92,7 +89,7 @@ class QueuedRecorder:
         taken_ns = self._clock.now_ns()
         with self._changed:
             stream = self.stream(topic)
-            stream.taken += 1
+            stream.taken, stream.taken_ns = stream.taken + 1, taken_ns
             if self._closed or self._bytes + size > self._max_bytes:
                 stream.drop("the recording was over" if self._closed else "the disk did not keep up")
                 return
@@ -144,3 +141,11 @@ class QueuedRecorder:
         else:
             taken.stream.written += 1
             taken.stream.bytes += len(cdr.payload)
+            self._look_at(taken.stream, cdr)
+
+    def _look_at(self, stream: Stream, cdr: Cdr) -> None:
+        """Transforms come from several nodes, whose stamps are in no order."""
+        if cdr.type_name != TRANSFORMS:
+            stream.pace.see(cdr.stamp_ns)
+        if self._watch is not None:
+            self._watch(cdr)

@@ -59,8 +59,12 @@ class TopicTap:
     def start(self) -> None:
         """Begin to listen; it ends with the link."""
         for topic, kept, make in self._makers:
-            self._queue.stream(kept.name)
+            self._queue.stream(kept.name).lasting = not topic.latched
             self._link.subscribe(self._keys.topic(topic), self._keeper(topic, kept, make), history=topic.latched)
+
+    def gone(self) -> str | None:
+        """A sentence while the link is down; Zenoh connects again by itself."""
+        return None if self._link.alive else f"The link to {', '.join(self._link.config.endpoints)} is down."
 
     def _keeper(self, topic: Topic, kept: Topic, make: Maker) -> Callable[[bytes], None]:
         def keep(payload: bytes) -> None:
