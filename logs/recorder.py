@@ -75,7 +75,7 @@ class McapRecorder:
         self._last_ns = self._opened_ns = self._checked_ns = 0
         self._room = Room.OK
         self._metadata: dict[str, dict[str, str]] = {}
-        self._calibration: list[tuple[str, str, bytes]] = []
+        self._calibration: dict[str, tuple[str, bytes]] = {}
         self._latched: dict[str, deque[_Message]] = {}
 
     def __enter__(self) -> McapRecorder:
@@ -119,12 +119,12 @@ class McapRecorder:
         self._write(_Message(json_channel(topic, type(model)), stamp_ns, model.model_dump_json().encode()))
 
     def attach(self, name: str, media_type: str, data: bytes, *, calibration: bool = False) -> None:
-        """A file within the file. calibration: repeated at the start of every file of the recording."""
+        """A file within the file. calibration: the newest of that name begins every later file of the recording."""
         if len(data) > MAX_ATTACHMENT_BYTES:
             raise ValueError(f"attachment {name} has {len(data)} bytes, more than the limit of {MAX_ATTACHMENT_BYTES}")
         with self._lock:
             if calibration:
-                self._calibration.append((name, media_type, data))
+                self._calibration[name] = media_type, data
             self._do(lambda file: file.attach(name, media_type, data, log_time_ns=self._now_ns()))
 
     def metadata(self, name: str, values: Mapping[str, str]) -> None:
@@ -243,7 +243,7 @@ class McapRecorder:
         self._opened_ns = now_ns
         for key, values in self._metadata.items():
             following.metadata(key, values)
-        for name, media_type, data in self._calibration:
+        for name, (media_type, data) in self._calibration.items():
             following.attach(name, media_type, data, log_time_ns=self._opened_ns)
         for newest in self._latched.values():
             for message in newest:

@@ -205,8 +205,12 @@ class Perception(Section):
 
 
 class Recording(Section):
-    """`openbelief record`: when a new file begins, and how much room the disk keeps."""
+    """`openbelief record`: who and where, when a new file begins, and how much room the disk keeps. "": unknown."""
 
+    operator: Line = ""
+    site: Line = ""
+    robot_serial: Line = ""
+    firmware: Line = ""
     every_s: Positive = 300.0
     every_bytes: int = Field(default=1_000_000_000, ge=1_000_000)
     warn_bytes: int = Field(default=10_000_000_000, ge=0)
@@ -265,6 +269,15 @@ def load_config(path: Path) -> Config:
     except ValidationError as error:
         raise ConfigError(f"{path}: {_first_complaint(error)}") from error
     return _resolve_paths(config, path.resolve().parent)
+
+
+def with_recording(config: Config, **told: str | None) -> Config:
+    """The configuration with what was told of [recording]; None leaves it. Raises ConfigError."""
+    values = config.recording.model_dump() | {key: value for key, value in told.items() if value is not None}
+    try:
+        return config.model_copy(update={"recording": Recording.model_validate(values)})
+    except ValidationError as error:
+        raise ConfigError(f"[recording] {_first_complaint(error)}") from error
 
 
 UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")

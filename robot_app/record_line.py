@@ -64,13 +64,28 @@ def line(status: Status) -> str:
     """Everything of a status, in one line."""
     minutes, seconds = divmod(int(status.seconds), 60)
     rates = ", ".join(f"{short(name)} {stream.rate_hz:.1f}/s" for name, stream in status.streams.items())
-    parts = [f"{minutes:02d}:{seconds:02d} {rates}", f"dropped {status.dropped}", _disk(status)]
+    parts = [f"{minutes:02d}:{seconds:02d} {rates}", f"dropped {status.dropped}", *_losses(status), _disk(status)]
     if status.coverage is not None:
         parts.append(f"floor seen {100 * status.coverage:.0f} % of {status.floor_m2:.0f} m2")
     silent = [short(name) for name, stream in status.streams.items() if not stream.written]
     if silent:
         parts.append(f"nothing yet: {', '.join(silent)}")
     return neutralise(" | ".join([*parts, *status.trouble]))
+
+
+def _losses(status: Status) -> list[str]:
+    """What never came to the recorder, by topic and place; nothing where nothing is missing."""
+    streams = [(short(name), stream) for name, stream in status.streams.items()]
+    lost = [f"{name} {count} {where}" for name, stream in streams for where, count in stream.lost.items()]
+    holes = [f"{name} {stream.holes}" for name, stream in streams if stream.holes]
+    backwards = [f"{name} {stream.backwards}" for name, stream in streams if stream.backwards]
+    longest_s = max((stream.longest_hole_s for _, stream in streams), default=0.0)
+    parts = {
+        f"lost {status.lost}: ": lost,
+        f"holes up to {longest_s:.1f} s: ": holes,
+        "stamps not after the one before: ": backwards,
+    }
+    return [what + ", ".join(where) for what, where in parts.items() if where]
 
 
 def _disk(status: Status) -> str:

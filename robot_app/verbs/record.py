@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 from robot_app.cli import Failure, print_json
 
 if TYPE_CHECKING:
+    from robot_app.record_gauge import StreamStatus
     from robot_app.recording import Recorded
 
 EXAMPLE = "openbelief record -o walk.mcap --config demo-out/robot.toml --minutes 2"
@@ -29,21 +30,27 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--config", type=Path, default=Path("robot.toml"), metavar="robot.toml", help="default robot.toml"
     )
     parser.add_argument("--minutes", type=_minutes, metavar="N", help="how long (default: until Ctrl-C)")
+    parser.add_argument("--operator", metavar="NAME", help="who records (default: [recording] operator)")
+    parser.add_argument("--site", metavar="PLACE", help="where (default: [recording] site)")
+    parser.add_argument("--sheet", type=Path, metavar="FILE", help="your notes on the walk, kept in the recording")
     parser.add_argument("--stand", action="store_true", help="a simulated robot stands still")
 
 
 def run(options: argparse.Namespace) -> int:
     from drivers.ports import PortError
-    from robot_app.config import ConfigError, load_config
+    from robot_app.config import ConfigError, load_config, with_recording
     from robot_app.record_line import RecordLine
     from robot_app.recording import RecordJob, record
 
     seconds = None if options.minutes is None else 60.0 * options.minutes
     try:
-        job = RecordJob(load_config(options.config), options.output, seconds, stand=options.stand)
+        config = with_recording(load_config(options.config), operator=options.operator, site=options.site)
+        job = RecordJob(config, options.output, seconds, stand=options.stand, sheet=options.sheet)
         with RecordLine() as line, _stopped_by_signals() as stop:
             recorded = record(job, stop, line.show, line.tell)
-    except (ConfigError, PortError, OSError, ValueError, RuntimeError) as error:
+    except OSError as error:
+        raise Failure(f"{error.filename}: {error.strerror}" if error.strerror else str(error)) from error
+    except (ConfigError, PortError, ValueError, RuntimeError) as error:
         raise Failure(str(error)) from error
     if options.json:
         print_json(
@@ -55,11 +62,20 @@ def run(options: argparse.Namespace) -> int:
         )
     else:
         print("\n".join(story(recorded)))
-    if recorded.failure is not None:
-        raise Failure(recorded.failure)
-    if not recorded.status.written:
-        raise Failure("nothing was recorded: no source sent anything (openbelief doctor looks for the cause)")
+    if (failure := failure_of(recorded)) is not None:
+        raise Failure(failure)
     return 0
+
+
+def failure_of(recorded: Recorded) -> str | None:
+    """Why a recording is not what was wanted, whatever of it is on the disk; None where it is."""
+    if recorded.failure is not None:
+        return recorded.failure
+    if not recorded.status.written:
+        return "nothing was recorded: no source sent anything (openbelief doctor looks for the cause)"
+    if recorded.status.gone:
+        return f"a source ended before the recording, which is kept: {' | '.join(recorded.status.gone)}"
+    return None
 
 
 def story(recorded: Recorded) -> list[str]:
@@ -67,11 +83,22 @@ def story(recorded: Recorded) -> list[str]:
     status = recorded.status
     lines = [f"{', '.join(map(str, recorded.paths)) or 'no file'}: {status.written} messages in {status.seconds:.1f} s"]
     for name, stream in status.streams.items():
-        lost = f", {stream.dropped} dropped ({stream.reason})" if stream.dropped else ""
-        lines.append(f"  {name}: {stream.written or 'nothing came'}{lost}")
+        lines.append("".join([f"  {name}: {stream.written or 'nothing came'}", *_missing(stream)]))
     if status.coverage is not None:
         lines.append(f"  floor seen: {100 * status.coverage:.0f} % of {status.floor_m2:.0f} m2")
     return lines + [f"  {sentence}" for sentence in status.trouble]
+
+
+def _missing(stream: StreamStatus) -> list[str]:
+    """What is not in the file, and where it was lost."""
+    told = [f", {count} {where}" for where, count in stream.lost.items()]
+    if stream.dropped:
+        told.append(f", {stream.dropped} dropped ({stream.reason})")
+    if stream.holes:
+        told.append(f", {stream.holes} holes in the stamps (longest {stream.longest_hole_s:.2f} s)")
+    if stream.backwards:
+        told.append(f", {stream.backwards} stamps not after the one before")
+    return told
 
 
 @contextmanager

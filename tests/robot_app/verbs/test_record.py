@@ -10,6 +10,8 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -18,12 +20,18 @@ from rosbags.highlevel import AnyReader
 from drivers.ros_messages import decode
 from logs.event_log import read_events
 from logs.frames import FrameReader
-from logs.reader import LogReader
+from logs.queued import QueuedRecorder
+from logs.reader import LogMessage, LogReader
+from logs.recorder import McapRecorder
+from openbelief.arrays import Array
+from openbelief.g1 import T_BASE_CAMERA, T_BASE_LIDAR
+from robot_app.app import open_robot
 from robot_app.cli import main
 from robot_app.config import load_config
-from robot_app.record_gauge import Status
+from robot_app.record_gauge import Gauge, Status, StreamStatus
 from robot_app.record_line import line
-from robot_app.recording import RecordJob, record
+from robot_app.recording import Recorded, RecordJob, record, start_taps
+from robot_app.verbs.record import failure_of, story
 
 SENSED = {
     "/camera/color/image_raw/compressed",
@@ -31,6 +39,7 @@ SENSED = {
     "/camera/color/camera_info",
     "/livox/lidar",
     "/livox/imu",
+    "/camera/imu",
     "/tf",
     "/tf_static",
     "/map",
@@ -59,17 +68,23 @@ def test_every_file_of_a_walk_holds_all_that_a_reader_of_it_alone_needs(walk: Pa
     for file in files:
         log = LogReader(file)
         assert {"/tf_static", "/map"} <= set(log.topics())
-        assert "commit" in log.metadata()["openbelief.recording"]
-        assert [attachment.name for attachment in log.attachments()] == ["robot.toml"]
+        about = log.metadata()["openbelief.recording"]
+        assert about["commit"] and about["run_id"] and (about["operator"], about["site"]) == ("unknown", "unknown")
+        sheets = {attachment.name: attachment.data for attachment in log.attachments()}
+        assert set(sheets) == {"robot.toml", "calibration.json"}
+        calibration = json.loads(sheets["calibration.json"])
+        assert calibration["camera_info"]["/camera/color/camera_info"]["width"] == 640
+        assert {mount["child"] for mount in calibration["static_transforms"]} >= {"camera_link", "livox_frame"}
         assert list(FrameReader(file)), f"{file.name} gives no frame"
 
 
-def test_the_imu_comes_at_200_hz_with_gravity_upwards_in_the_hanging_lidar(walk: Path) -> None:
-    messages = [message for message in LogReader(walk) if message.topic == "/livox/imu"]
+@pytest.mark.parametrize(("topic", "T_base_imu"), [("/livox/imu", T_BASE_LIDAR), ("/camera/imu", T_BASE_CAMERA)])
+def test_each_imu_comes_at_200_hz_and_feels_the_floor_push_upwards(walk: Path, topic: str, T_base_imu: Array) -> None:
+    messages = [message for message in LogReader(walk) if message.topic == topic]
     steps_ns = {b.stamp_ns - a.stamp_ns for a, b in itertools.pairwise(messages)}
     assert steps_ns == {5_000_000}
     felt = decode(messages[0].payload, "sensor_msgs/msg/Imu").linear_acceleration
-    assert felt.z == pytest.approx(-9.81, abs=0.1)
+    assert T_base_imu[:3, :3] @ [felt.x, felt.y, felt.z] == pytest.approx([0.0, 0.0, 9.81], abs=0.1)
 
 
 def test_independent_tools_accept_the_recording(walk: Path) -> None:
@@ -108,6 +123,57 @@ def test_a_replayed_recording_is_recorded_again_with_its_poses(walk: Path, tmp_p
     [first, *_], [ours, *_] = list(FrameReader(walk)), list(FrameReader(again))
     assert ours.T_map_camera == pytest.approx(first.T_map_camera, abs=1e-6)
     assert (ours.depth_m == first.depth_m).all()
+    for topic in ("/livox/imu", "/camera/imu", "/livox/lidar"):
+        before, after = of_topic(walk, topic), of_topic(again, topic)
+        moved_ns = after[0].stamp_ns - before[0].stamp_ns
+        assert len(after) > 2 and [m.stamp_ns - moved_ns for m in after] == [m.stamp_ns for m in before[: len(after)]]
+    felt, now = (decode(of_topic(file, "/livox/imu")[9].payload, "sensor_msgs/msg/Imu") for file in (walk, again))
+    assert felt.header.frame_id == now.header.frame_id == "livox_frame"
+    assert (felt.angular_velocity, felt.linear_acceleration) == (now.angular_velocity, now.linear_acceleration)
+    images = {m.stamp_ns for m in of_topic(again, "/camera/aligned_depth_to_color/image_raw")}
+    assert images < {m.stamp_ns for m in of_topic(again, "/tf")}, "an image without its pose"
+
+
+def of_topic(path: Path, topic: str) -> list[LogMessage]:
+    return list(LogReader(path).messages({topic}))
+
+
+def test_who_recorded_where_and_their_notes_are_in_the_file(config: Path, tmp_path: Path) -> None:
+    told = tmp_path / "robot.toml"
+    told.write_text(config.read_text() + 'operator = "Ada"\nrobot_serial = "G1-7"\nfirmware = "1.4.2"\n')
+    (tmp_path / "notes.md").write_text("Two people in the kitchen.\n")
+    path = tmp_path / "walk.mcap"
+    words = ["--minutes", "0.005", "--stand", "--operator", "Zoë", "--site", "Lab 3", "--sheet", f"{tmp_path}/notes.md"]
+    assert main(["record", "-o", str(path), "--config", str(told), *words]) == 0
+    log = LogReader(path)
+    about = log.metadata()["openbelief.recording"]
+    assert {key: about[key] for key in ("operator", "site", "robot_serial", "firmware", "camera")} == {
+        "operator": "Zoë",
+        "site": "Lab 3",
+        "robot_serial": "G1-7",
+        "firmware": "1.4.2",
+        "camera": "sim",
+    }
+    sheets = {attachment.name: attachment.data.decode() for attachment in log.attachments()}
+    assert sheets["trial_sheet.md"] == "Two people in the kitchen.\n"
+    assert 'operator = "Zo' in sheets["robot.toml"]
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        (["-o", "{0}/no/walk.mcap"], "{0}/no is no folder: make it first, or name a file elsewhere"),
+        (["-o", "{0}/walk.mcap", "--sheet", "{0}/none.md"], "{0}/none.md: No such file or directory"),
+        (["-o", "{0}/walk.mcap", "--operator", "a\nb"], "[recording] operator: "),
+    ],
+)
+def test_what_cannot_begin_is_one_line_with_its_cause(
+    config: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str], line: str
+) -> None:
+    assert main(["record", "--config", str(config), *(word.format(tmp_path) for word in words)]) == 1
+    error = capsys.readouterr().err
+    assert line.format(tmp_path) in error and error.count("\n") == 1
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_recording_is_never_overwritten(walk: Path, config: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -146,6 +212,50 @@ def test_a_disk_that_refuses_ends_it_visibly_and_what_was_written_comes_back(
     assert read_events(tmp_path / "walk.events.jsonl")[0]["event"] == "recording_failed"
     assert main(["recover", f"{path}.partial", "-o", str(path)]) == 0
     assert {message.topic for message in LogReader(path)} >= {"/map", "/tf_static", "/livox/lidar"}
+
+
+def test_a_source_that_falls_silent_is_told_and_is_no_success(config: Path, tmp_path: Path) -> None:
+    settings = load_config(config)
+    with ExitStack() as opened:
+        robot = opened.enter_context(open_robot(settings))
+        recorder = opened.enter_context(McapRecorder(tmp_path / "walk.mcap", robot.clock))
+        queue = opened.enter_context(QueuedRecorder(recorder, robot.clock))
+        gauge = Gauge(robot, queue, recorder, start_taps(robot, settings, queue))
+        simulation = robot.site.simulation
+        assert simulation is not None
+        robot.clock.sleep(3.0)
+        before = gauge.status()
+        simulation.site.sensor_faults.muted.add("/livox/lidar")
+        robot.clock.sleep(8.0)
+        queue.drain()
+        after = gauge.status()
+    assert before.gone == ()
+    [sentence] = after.gone
+    assert sentence.startswith("nothing on /livox/lidar for ") and sentence in line(after)
+    recorded = Recorded((tmp_path / "walk.mcap",), after, None)
+    assert failure_of(recorded) == f"a source ended before the recording, which is kept: {sentence}"
+    assert failure_of(replace(recorded, status=before)) is None
+    assert after.as_json()["gone"] == [sentence]
+
+
+def test_the_line_and_the_story_name_what_was_lost_by_where() -> None:
+    stream = StreamStatus(29.5, 100, 2, "the disk did not keep up", {"packets lost on the network": 3}, 1, 1.34, 4)
+    status = Status(61.0, {"/livox/lidar": stream}, 10**6, 0, 10**9, None, 0.0, ("The camera has failed.",))
+    assert line(status) == (
+        "01:01 livox/lidar 29.5/s | dropped 2 | lost 3: livox/lidar 3 packets lost on the network"
+        " | holes up to 1.3 s: livox/lidar 1 | stamps not after the one before: livox/lidar 4"
+        " | 1 MB taken, 1 GB free | The camera has failed."
+    )
+    told = story(Recorded((Path("walk.mcap"),), status, None))[1]
+    for words in (
+        "3 packets lost",
+        "2 dropped (the disk",
+        "1 holes in the stamps (longest 1.34 s)",
+        "4 stamps not after",
+    ):
+        assert words in told
+    assert status.as_json()["lost"] == 3
+    assert status.as_json()["streams"]["/livox/lidar"]["lost"] == {"packets lost on the network": 3}
 
 
 def test_a_stop_ends_the_recording_in_good_order(config: Path, tmp_path: Path) -> None:
