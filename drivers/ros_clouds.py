@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from drivers.livox.assembler import LivoxCloud
 from drivers.ports import LidarCloud
 from drivers.ros_messages import Message, WireError, header, make, stamp_to_ns
 
 FLOATS = {7: "f4", 8: "f8"}  # sensor_msgs/PointField datatypes
-LIVOX_FIELDS = [("x", "f4"), ("y", "f4"), ("z", "f4"), ("intensity", "f4"), ("tag", "u1"), ("line", "u1")]
-LIVOX_DATATYPES = {"f4": 7, "u1": 2}
-LIVOX_POINT = np.dtype([(name, f"<{kind}") for name, kind in LIVOX_FIELDS])  # livox_ros_driver2, packed: 18 bytes
+DATATYPES = {"f4": 7, "f8": 8, "u1": 2}
+FIELDS = (("x", "f4"), ("y", "f4"), ("z", "f4"), ("intensity", "f4"), ("tag", "u1"), ("line", "u1"))
+TIMED_FIELDS = (*FIELDS, ("timestamp", "f8"))  # livox_ros_driver2's LivoxPointXyzrtlt, packed: 26 bytes
 
 
 def cloud_of(message: Message) -> LidarCloud:
@@ -45,23 +46,32 @@ def _point_dtype(message: Message) -> np.dtype:
 
 
 def cloud_message(cloud: LidarCloud) -> Message:
-    """sensor_msgs/PointCloud2 with livox_ros_driver2's fields (intensity, tag and line 0)."""
-    points = np.zeros(len(cloud.points), LIVOX_POINT)
+    """sensor_msgs/PointCloud2 with livox_ros_driver2's fields.
+
+    Of a LivoxCloud all of them: intensity is the reflectivity, timestamp each point's time in ns since the epoch (a
+    float64 of today holds 0.26 us); line is 0, the packets do not tell it. Another cloud has intensity, tag and line 0,
+    and no timestamp.
+    """
+    fields = TIMED_FIELDS if isinstance(cloud, LivoxCloud) else FIELDS
+    points = np.zeros(len(cloud.points), [(name, f"<{kind}") for name, kind in fields])
     for i, axis in enumerate("xyz"):
         points[axis] = cloud.points[:, i]
-    offsets = np.cumsum([0, *(LIVOX_POINT[name].itemsize for name, _ in LIVOX_FIELDS)])
-    fields = [
-        make("sensor_msgs/msg/PointField", name=name, offset=int(offset), datatype=LIVOX_DATATYPES[kind], count=1)
-        for (name, kind), offset in zip(LIVOX_FIELDS, offsets, strict=False)
-    ]
+    if isinstance(cloud, LivoxCloud):
+        points["intensity"], points["tag"] = cloud.reflectivity, cloud.tag
+        points["timestamp"] = cloud.stamp_ns + cloud.offset_ns
     return make(
         "sensor_msgs/msg/PointCloud2",
         header=header(cloud.stamp_ns, cloud.frame_id),
         height=1,
         width=len(points),
-        fields=fields,
-        point_step=LIVOX_POINT.itemsize,
+        fields=[_point_field(name, kind, points.dtype) for name, kind in fields],
+        point_step=points.itemsize,
         row_step=points.nbytes,
         data=points.view(np.uint8).ravel(),
         is_dense=True,
     )
+
+
+def _point_field(name: str, kind: str, dtype: np.dtype) -> Message:
+    offset = dtype.fields[name][1] if dtype.fields else 0
+    return make("sensor_msgs/msg/PointField", name=name, offset=offset, datatype=DATATYPES[kind], count=1)

@@ -21,13 +21,15 @@ DOUBTFUL = 0x0F  # tag bits 0-3: glued points, rain, fog, dust; the bits Unitree
 class LivoxCloud(LidarCloud):
     """One tenth of a second. Arrays: (n,), row i belongs to points[i].
 
-    `stamp_ns` is the first packet's time in this machine's clock, `offset_ns` each point's time after it. The lidar's
+    `stamp_ns` is the first packet's time in this machine's clock, `offset_ns` each point's time after it, `tag` the
+    lidar's doubts about it, of which only the upper four bits can be set. The lidar's
     own stamp and whose clock gave it are kept beside. `sequence` counts assembled clouds: a step of two is a cloud
     that was not taken in time.
     """
 
     offset_ns: Array
     reflectivity: Array
+    tag: Array
     device_stamp_ns: int
     time_type: TimeType
     sequence: int
@@ -89,6 +91,7 @@ def cloud_of(packets: Sequence[DataPacket], time: HostTime, *, frame_id: str, se
         frame_id=frame_id,
         offset_ns=points.offset_ns[keep],
         reflectivity=points.reflectivity[keep],
+        tag=points.tag[keep],
         device_stamp_ns=packets[0].stamp_ns,
         time_type=TimeType(packets[0].time_type),
         sequence=sequence,

@@ -97,7 +97,7 @@ class Intake:
             return None
         if not counter.accept(packet):
             return None
-        self.time.observe(packet.stamp_ns, arrival_ns)
+        self.time.observe(packet.stamp_ns, arrival_ns, "imu" if imu else "points")
         return packet
 
 

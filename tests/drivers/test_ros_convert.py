@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from drivers.livox.assembler import LivoxCloud
+from drivers.livox.wire import TimeType
 from drivers.ports import LidarCloud
 from drivers.ros_clouds import cloud_message, cloud_of
 from drivers.ros_convert import (
@@ -101,6 +103,29 @@ def test_a_cloud_survives_the_wire_without_its_no_returns(rng):
     cloud = cloud_of(wire(cloud_message(LidarCloud(9, points, "livox_frame"))))
     assert (cloud.points == np.delete(points, [3, 7], axis=0)).all()
     assert (cloud.stamp_ns, cloud.frame_id) == (9, "livox_frame")
+
+
+def test_a_livox_cloud_tells_all_that_the_lidar_knows_of_each_point_in_livox_ros_driver2s_layout():
+    points = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]], np.float32)
+    known = {"offset_ns": np.array([0, 99_000_000]), "reflectivity": np.uint8([7, 250]), "tag": np.uint8([0, 0x20])}
+    counts = {"sequence": 1, "packets": 2, "no_returns": 0, "doubtful": 0}
+    stamp_ns = 1_700_000_000_123_456_789
+    livox = LivoxCloud(stamp_ns, points, "livox_frame", **known, device_stamp_ns=5, time_type=TimeType.UPTIME, **counts)
+    message = wire(cloud_message(livox))
+    assert [(f.name, f.offset, f.datatype) for f in message.fields] == [
+        ("x", 0, 7),
+        ("y", 4, 7),
+        ("z", 8, 7),
+        ("intensity", 12, 7),
+        ("tag", 16, 2),
+        ("line", 17, 2),
+        ("timestamp", 18, 8),
+    ]
+    assert message.point_step == 26
+    told = np.frombuffer(message.data.tobytes(), "<f4, <f4, <f4, <f4, u1, u1, <f8")
+    assert told["f3"].tolist() == [7.0, 250.0] and told["f4"].tolist() == [0, 0x20]
+    assert np.abs(told["f6"] - (stamp_ns + known["offset_ns"])).max() <= 256, "a float64 holds no more"
+    np.testing.assert_array_equal(cloud_of(message).points, points)
 
 
 @pytest.mark.parametrize(

@@ -190,7 +190,7 @@ def test_the_emulated_sensors_are_published_with_both_imus_and_all_that_the_lida
     site.start(Onboard(camera="sim", lidar="sim"))
     eventually(lambda: all(site.heard[topic.name] for topic in (LIDAR, LIDAR_IMU, CAMERA_IMU)))
     message = decode(site.heard[LIDAR.name][-1], LIDAR.type_name)
-    assert len(cloud_of(message).points) > 5000
+    assert len(cloud_of(message).points) > 5000 and message.fields[-1].name == "timestamp"
     imus = (LIDAR_IMU, CAMERA_IMU)
     frames = {topic: decode(site.heard[topic.name][0], topic.type_name).header.frame_id for topic in imus}
     assert frames == {LIDAR_IMU: "livox_frame", CAMERA_IMU: "camera_imu_optical_frame"}

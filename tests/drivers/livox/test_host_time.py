@@ -34,6 +34,37 @@ def test_a_step_of_the_lidars_clock_is_followed_at_once(device_ns: int) -> None:
     assert time.to_host(device_ns) == ZERO + SECOND
 
 
+def test_packets_that_a_receiver_which_stood_still_reads_at_once_are_as_old_as_they_are() -> None:
+    """1.5 s of backlog; the IMU's socket is read after the points'."""
+    time = HostTime()
+    for tick in range(400):
+        time.observe(tick * 10_000_000, ZERO + tick * 10_000_000)
+        time.observe(tick * 10_000_000, ZERO + tick * 10_000_000, "imu")
+    for stream in ("points", "imu"):
+        for tick in range(400, 550):
+            time.observe(tick * 10_000_000, ZERO + 5_500_000_000, stream)
+            assert time.to_host(tick * 10_000_000) == ZERO + tick * 10_000_000
+
+
+def test_delay_that_stays_is_believed_after_a_window() -> None:
+    time = HostTime()
+    time.observe(0, ZERO)
+    for tick in range(1, 1200):
+        time.observe(tick * 10_000_000, ZERO + tick * 10_000_000 + 2 * SECOND)
+    assert time.to_host(0) == ZERO + 2 * SECOND
+
+
+def test_both_streams_of_a_lidar_that_restarted_find_its_new_time() -> None:
+    """What still lay in the IMU's socket from before is read in between."""
+    time = HostTime()
+    for stream in ("points", "imu"):
+        time.observe(500 * SECOND, ZERO, stream)
+    time.observe(0, ZERO + 20 * SECOND, "points")
+    time.observe(501 * SECOND, ZERO + 20 * SECOND, "imu")
+    time.observe(SECOND // 100, ZERO + 20 * SECOND + SECOND // 100, "imu")
+    assert time.to_host(0) == ZERO + 20 * SECOND
+
+
 def test_before_the_first_packet_there_is_no_time() -> None:
     with pytest.raises(ValueError, match="clock is unknown"):
         HostTime().to_host(0)
