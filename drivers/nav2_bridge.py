@@ -29,6 +29,7 @@ from drivers.topics import COMPUTE_PATH_TO_POSE, NAVIGATE_TO_POSE
 from drivers.zenoh_link import ZenohLink
 from openbelief.pose import Pose2
 
+CANCEL_PAUSE_S = 0.05
 STILL_MOVING = "The robot may still be moving: use the remote."
 
 
@@ -240,7 +241,7 @@ class Nav2Bridge:
 
     def _cancel_all(self, track: Goal, because: str, code: int | None) -> NavigationResult:
         if code is None:
-            self._clock.sleep(0.05)  # a link that just dropped may be back
+            self._clock.sleep(CANCEL_PAUSE_S)  # a link that just dropped may be back
         answer = self._navigate.cancel(action.ALL_GOALS, self._limits.cancel_s)
         if code == action.CANCEL_REJECTED:  # it knows the goal: it must say that it cancels it
             refused = _cancel_code(answer.message, track.uuid) != action.CANCEL_OK

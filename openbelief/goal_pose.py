@@ -39,7 +39,7 @@ class GoalPose:
 class GoalSearch:
     """Poses, best first, each a really different view; where there is none `reason` is a sentence for the operator.
 
-    blind: then, the poses that the robot could still stand at, those that show most of it first; for a person to decide.
+    blind: then, the poses where the robot could still stand, those that show most of it first; for a person to decide.
     """
 
     poses: list[GoalPose]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable
 from typing import Protocol
 
@@ -71,6 +72,7 @@ class SimNav2Server:
         self._lock = threading.RLock()
         self._ticks = 0
         self.accepted = 0
+        self.asked: Counter[str] = Counter()  # questions by part, as in Nav2Faults
 
     def start(self) -> None:
         """Declare everything and begin to drive."""
@@ -112,6 +114,8 @@ class SimNav2Server:
         key = self._bridge.keys.action(served, part)
 
         def serve(question: Question) -> None:
+            with self._lock:
+                self.asked["plan" if served is COMPUTE_PATH_TO_POSE else part] += 1
             try:
                 handler(question)
             except WireError:

@@ -26,7 +26,7 @@ from sim_fakes.ros_site import RosSite
 from sim_fakes.sim_clock import SimClock
 
 START_NS = 1_700_000_000_000_000_000
-QUICK = Nav2Limits(send_s=0.5, plan_s=0.5, result_poll_s=0.3, result_ask_s=0.3, cancel_s=0.3)
+LIMITS = Nav2Limits(plan_s=1.0, result_poll_s=0.5, result_ask_s=1.0, cancel_s=1.0)  # a loaded machine may stall
 
 
 class Room:
@@ -87,7 +87,7 @@ def make_rig() -> Iterator[Callable[..., Rig]]:
             keys: Keys | None = None,
             distribution: str = "jazzy",
             expected: str = "auto",
-            limits: Nav2Limits = QUICK,
+            limits: Nav2Limits = LIMITS,
             through: Callable[[str], str] = lambda endpoint: endpoint,
             seed: int = 7,
             **site_options: Any,

@@ -5,12 +5,11 @@ from __future__ import annotations
 import subprocess
 import sys
 import threading
-import time
 from collections import Counter
 
 import pytest
 
-from drivers.nav2_bridge import Nav2Bridge, Nav2Limits
+from drivers.nav2_bridge import CANCEL_PAUSE_S, Nav2Bridge, Nav2Limits
 from drivers.ports import LinkLost, NavigationResult, NavigationStatus, PoseUnavailable, StaleData
 from drivers.topics import LIDAR, NAVIGATE_TO_POSE, TF, TF_STATIC
 from drivers.zenoh_link import LinkConfig, ZenohLink, open_router
@@ -43,10 +42,8 @@ def test_a_killed_bridge_is_named_and_the_operator_warned(under_way):
 
 def test_a_query_to_a_killed_bridge_ends_at_once(under_way, eventually):
     under_way.site.bridge.close()
-    started = time.monotonic()
-    with pytest.raises(LinkLost, match="planner does not answer"):
+    with pytest.raises(LinkLost, match="planner does not answer: nobody answered"):  # not "in time": it did not wait
         under_way.nav.plan(GOAL)
-    assert time.monotonic() - started < 1.5
     eventually(lambda: "zenoh-bridge-ros2dds" in (under_way.nav.unavailable() or ""))
 
 
@@ -71,11 +68,9 @@ def test_a_silent_link_never_hangs_a_plan_or_a_cancel(make_rig, silent_wire):
     rig.start()
     rig.nav.send(GOAL)
     wires[0].silent.set()
-    started = time.monotonic()
     with pytest.raises(LinkLost):
         rig.nav.plan(GOAL)
     assert rig.nav.cancel(because="the operator said stop").status == NavigationStatus.STILL_MOVING
-    assert time.monotonic() - started < 10.0  # every question has its time-out
     wires[0].cut()
 
 
@@ -143,9 +138,7 @@ def test_a_long_goal_outlives_many_expired_result_questions(make_rig, eventually
     rig = make_rig(limits=Nav2Limits(result_poll_s=0.05))
     rig.start()
     rig.nav.send(GOAL)
-    for _ in range(3):
-        time.sleep(0.06)  # wall time: each question expires at the server
-        assert rig.nav.result() is None
+    eventually(lambda: rig.nav.result() is None and rig.site.nav2.asked["get_result"] > 3)  # each expired before
     assert rig.until_end().status == NavigationStatus.SUCCEEDED
 
 
@@ -358,10 +351,13 @@ def test_a_cancel_that_comes_too_late_tells_how_the_goal_ended(rig):
 @pytest.mark.parametrize("fault", ["lost", "empty", "garbage"])
 def test_a_cancel_that_is_not_answered_tries_all_goals_then_warns(under_way, fault):
     getattr(under_way.site.nav2_faults, fault)["cancel_goal"] = ALWAYS
-    started = time.monotonic()
     result = under_way.nav.cancel(because="stop")
-    assert time.monotonic() - started < 1.5
+    assert under_way.site.nav2.asked["cancel_goal"] == 2  # the goal, then all goals
     assert result.status == NavigationStatus.STILL_MOVING and USE_THE_REMOTE in result.reason
+
+
+def test_a_cancel_is_answered_or_given_up_within_the_second_that_the_port_allows():
+    assert 2 * Nav2Limits().cancel_s + CANCEL_PAUSE_S <= 1.0
 
 
 def test_a_cancel_lost_once_is_made_good_by_cancelling_all(under_way):
