@@ -356,10 +356,6 @@ def test_a_cancel_that_is_not_answered_tries_all_goals_then_warns(under_way, fau
     assert result.status == NavigationStatus.STILL_MOVING and USE_THE_REMOTE in result.reason
 
 
-def test_a_cancel_is_answered_or_given_up_within_the_second_that_the_port_allows():
-    assert 2 * Nav2Limits().cancel_s + CANCEL_PAUSE_S <= 1.0
-
-
 def test_a_cancel_lost_once_is_made_good_by_cancelling_all(under_way):
     under_way.site.nav2_faults.cancel_code = None
     under_way.site.nav2_faults.lost = Counter(cancel_goal=1)
@@ -369,13 +365,13 @@ def test_a_cancel_lost_once_is_made_good_by_cancelling_all(under_way):
 
 
 def test_a_cancel_slower_than_its_time_is_a_warning(under_way):
-    under_way.site.nav2_faults.slow_s = 0.5
+    under_way.site.nav2_faults.slow_s = 1.5
     assert under_way.nav.cancel(because="stop").status == NavigationStatus.STILL_MOVING
 
 
 def test_the_cancel_budget_of_the_port_is_one_second():
     limits = Nav2Limits()
-    assert 2 * limits.cancel_s + 0.05 <= 1.0
+    assert 2 * limits.cancel_s + CANCEL_PAUSE_S <= 1.0
 
 
 def test_a_slow_nav2_is_waited_for(rig):
