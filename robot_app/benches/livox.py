@@ -19,7 +19,7 @@ from robot_app.cli import Failure, print_json
 if TYPE_CHECKING:
     from drivers.livox.driver import LivoxLidar
 
-POLL_S = 0.1
+SETTLE_S, POLL_S = 10.0, 0.1
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -56,16 +56,18 @@ def _measure(lidar: LivoxLidar, seconds: float) -> dict[str, Any]:
         report = emulator.stdout.read() if emulator.stdout else ""
     if emulator.returncode:
         raise Failure(f"the emulated lidar ended with status {emulator.returncode}; its message is above")
-    time.sleep(POLL_S)  # the last packets are still in the socket
-    sent, health = json.loads(report), lidar.health()
+    sent = json.loads(report)
+    _settle(lidar, sent)
+    health = lidar.health()
     return {
         "seconds": seconds,
+        "sent": {"points": sent["points"], "imu": sent["imu"]},
         "packets": health.packets,
         "points_per_s": round(96 * health.packets / seconds),
         "clouds": clouds,
         "points_kept": points,
         "imu_samples": health.imu_packets,
-        "lost": sent["points"] - health.packets + sent["imu"] - health.imu_packets,
+        "lost": _missing(lidar, sent),
         "lost_by_counter": health.lost + health.imu_lost,
         "refused": sum(health.refused.values()),
         "cpu_share": round(cpu_s / seconds, 4),
@@ -78,6 +80,18 @@ def _await_first_packet(lidar: LivoxLidar, emulator: subprocess.Popen[str]) -> f
     while not lidar.health().packets and emulator.poll() is None:
         time.sleep(0.01)
     return time.process_time()
+
+
+def _settle(lidar: LivoxLidar, sent: dict[str, int]) -> None:
+    """The last packets are still in the socket: until all have come, or for ten seconds."""
+    deadline_s = time.monotonic() + SETTLE_S
+    while _missing(lidar, sent) and time.monotonic() < deadline_s:
+        time.sleep(POLL_S)
+
+
+def _missing(lidar: LivoxLidar, sent: dict[str, int]) -> int:
+    health = lidar.health()
+    return sent["points"] - health.packets + sent["imu"] - health.imu_packets
 
 
 def _count_until_end(lidar: LivoxLidar, emulator: subprocess.Popen[str]) -> tuple[int, int]:

@@ -38,13 +38,13 @@ def test_what_does_not_fit_is_dropped_and_counted_and_the_rest_is_written_in_ord
 
     def held_back() -> Cdr:
         begun.set()
-        held.wait(10)
+        held.wait(60)
         return word("0")
 
     with McapRecorder(tmp_path / "a.mcap", clock) as recorder:
         with QueuedRecorder(recorder, clock, max_bytes=250) as queue:
             queue.offer("/words", 100, held_back)
-            assert begun.wait(10)
+            assert begun.wait(60)
             for k in range(1, 6):  # the writer stands: two of them fit
                 queue.offer("/words", 100, lambda k=k: word(str(k)))
             assert queue.backlog_bytes == 200
@@ -60,7 +60,7 @@ def test_a_message_bears_the_time_at_which_it_was_taken(tmp_path: Path) -> None:
     held, clock, taken_ns = threading.Event(), StepClock(), []
 
     def make_word() -> Cdr:
-        held.wait(10)
+        held.wait(60)
         return word("x")
 
     with McapRecorder(tmp_path / "a.mcap", clock) as recorder, QueuedRecorder(recorder, clock) as queue:
