@@ -6,6 +6,7 @@ import argparse
 import importlib
 import json
 import sys
+from collections.abc import Iterator
 from typing import Any, NoReturn
 
 VERBS = {
@@ -80,29 +81,53 @@ def print_json(result: Any) -> None:
 def main(argv: list[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     verb = arguments[0] if arguments else None
-    parser = build_parser(verb)
-    if verb not in VERBS:
-        options = parser.parse_args(arguments)
-        if options.version:
-            from importlib.metadata import version
-
-            print(f"openbelief {version('openbelief')}")
-        else:
-            parser.print_help()
-        return 0 if options.version or not arguments else 2
-    options = parser.parse_args(arguments[1:])
     try:
-        return int(options.run(options) or 0)
-    except Usage as usage:
-        parser.error(str(usage))
-    except Failure as failure:
-        print(f"openbelief {verb}: {failure}", file=sys.stderr)
-        return 1
-    except KeyboardInterrupt:
-        print(f"openbelief {verb}: stopped by the user", file=sys.stderr)
+        return _run(verb, arguments)
+    except (Exception, KeyboardInterrupt) as error:  # noqa: BLE001 - a defect is raised again
+        return _ended(error, verb)
+
+
+def _run(verb: str | None, arguments: list[str]) -> int:
+    parser = build_parser(verb)
+    if verb in VERBS:
+        options = parser.parse_args(arguments[1:])
+        try:
+            return int(options.run(options) or 0)
+        except Usage as usage:
+            parser.error(str(usage))
+    options = parser.parse_args(arguments)
+    if options.version:
+        from importlib.metadata import version
+
+        print(f"openbelief {version('openbelief')}")
+    else:
+        parser.print_help()
+    return 0 if options.version or not arguments else 2
+
+
+def _ended(error: BaseException, verb: str | None) -> int:
+    """The exit status for what ended a verb, said in one line; a defect is raised again.
+
+    Ctrl-C while a module is imported comes out of it as an ImportError (open3d) or a RuntimeError (a class body's):
+    what began as Ctrl-C is one.
+    """
+    name = f"openbelief {verb}" if verb in VERBS else "openbelief"
+    if any(isinstance(each, KeyboardInterrupt) for each in _origins(error)):
+        print(f"{name}: stopped by the user", file=sys.stderr)
         return 130
-    except BrokenPipeError:
+    if isinstance(error, Failure):
+        print(f"{name}: {error}", file=sys.stderr)
         return 1
+    if isinstance(error, BrokenPipeError):
+        return 1
+    raise error
+
+
+def _origins(error: BaseException | None) -> Iterator[BaseException]:
+    """The error, and what it came from."""
+    while error is not None:
+        yield error
+        error = error.__cause__ or error.__context__
 
 
 if __name__ == "__main__":

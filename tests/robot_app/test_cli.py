@@ -7,11 +7,13 @@ import json
 import shlex
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from robot_app.cli import VERBS, build_parser, main
 
+SMALL = Path(__file__).parent / "small_scene.json"
 # What takes long to import, and has no place in a help text (open3d alone takes 3 s).
 HEAVY = (
     "open3d",
@@ -55,9 +57,25 @@ MISSING = {
     "trials": ["no-folder"],
     "recover": ["no-walk.mcap"],
     "eval": ["retrieval", "no.belief", "no.truth.json"],
-    "doctor": ["--config", "no-robot.toml"],
     "demo": ["--scene", "no-scene.json", "--out", "out"],
 }
+
+
+# Ctrl-C while a module is imported, as open3d's extension passes it on, and as a class body does.
+STOPPED = """
+import sys
+from robot_app.cli import main
+
+module, kind, *arguments = sys.argv[1:]
+
+class Stopped:
+    def find_spec(self, name, path=None, target=None):
+        if name == module:
+            raise {"ImportError": ImportError, "RuntimeError": RuntimeError}[kind]("failed") from KeyboardInterrupt()
+
+sys.meta_path.insert(0, Stopped())
+sys.exit(main(arguments))
+"""
 
 
 def example(verb: str) -> list[str]:
@@ -114,6 +132,27 @@ def test_wrong_usage_exits_2_and_says_where_help_is(arguments, capsys):
     assert ended.value.code == 2
     said, remedy = capsys.readouterr().err.strip().splitlines()
     assert said.startswith("openbelief: ") and remedy.startswith("Try 'openbelief") and "--help'" in remedy
+
+
+@pytest.mark.parametrize(
+    ("module", "kind"), [("open3d", "ImportError"), ("structlog", "RuntimeError"), ("open3d", "RuntimeError")]
+)
+def test_ctrl_c_during_an_import_ends_in_one_line_and_130_as_at_any_other_time(module, kind, tmp_path):
+    demo = ["demo", "--scene", str(SMALL), "--out", str(tmp_path / "demo-out")]
+    command = [sys.executable, "-c", STOPPED, module, kind, *demo]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stderr) == (130, "openbelief demo: stopped by the user\n")
+
+
+def test_a_defect_is_not_mistaken_for_a_failure():
+    done = subprocess.run(
+        [sys.executable, "-c", STOPPED.replace(" from KeyboardInterrupt()", ""), "structlog", "RuntimeError", "demo"],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 1 and "Traceback" in done.stderr and "RuntimeError: failed" in done.stderr
 
 
 def test_without_a_verb_the_verbs_are_shown(capsys):
