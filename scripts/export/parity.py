@@ -1,6 +1,6 @@
 """Our runtime against the reference implementations, at random weights: what differs at most, and what may.
 
-    make parity                                       SAM 3, the paper's encoder and two free ones: ten minutes, 12 GB
+    make parity                                       SAM 3, the paper's encoder and two free ones: ten minutes, 11 GB
     make parity ARCHITECTURES=MobileCLIP2-S0          another open_clip architecture
     make parity ARCHITECTURES=SAM3                    SAM 3 at its real size, two photographs
 
@@ -35,6 +35,7 @@ from openbelief.perception.prompt_tokens import PromptTokens
 from openbelief.perception.sam3 import Sam3Segmenter
 
 SAM3 = {"SAM3-small": lambda: sam3_export.small(SEED, MERGES), "SAM3": lambda: sam3_export.full(SEED)}
+SUBJECTS = {"SAM3-small": "SAM 3, small fp32", "SAM3": "SAM 3 fp32"}
 ARCHITECTURES = ("SAM3-small", "MobileCLIP2-S4", "ViT-B-32", "ViT-B-32-SigLIP2-256")
 PROMPTS = ("red chair", "lamp", "fire extinguisher", "cup of tea", "astronaut", "cat")
 LIMITS = {"fp32": 1e-4, "fp16": 1e-2}  # of a row's numbers: another order of sums; half precision against single
@@ -123,7 +124,7 @@ def spread(rows: np.ndarray) -> float:
 def sam3_rows(name: str, folder: Path) -> Iterator[Row]:
     model, processor = SAM3[name]()
     sam3_export.export(model, processor, folder, f"{name}-random")
-    ours, photos, subject = Sam3Segmenter(folder, device="cpu"), photographs(), f"{name} fp32"
+    ours, photos, subject = Sam3Segmenter(folder, device="cpu"), photographs(), SUBJECTS[name]
     if name == "SAM3":
         photos = dict(list(photos.items())[:2])
     yield sam3_tokens(subject, folder / "full.json")
