@@ -39,6 +39,13 @@ def test_a_bad_configuration_is_refused_in_one_line_that_names_the_key(tmp_path,
     assert "\n" not in str(refusal.value).split("TOML")[0]
 
 
+def test_a_file_that_is_not_there_is_not_blamed_for_its_toml(tmp_path):
+    for path, why in ((tmp_path / "none.toml", "No such file"), (tmp_path, "Is a directory")):
+        with pytest.raises(ConfigError, match=f"^{path} cannot be read: {why}") as refusal:
+            load_config(path)
+        assert "TOML" not in str(refusal.value) and "Errno" not in str(refusal.value)
+
+
 @pytest.mark.parametrize("endpoint", ["tcp/robot.local:7447", "tcp/[::1]:7447", "tcp/10.0.0.2:7447#iface=wlan0"])
 def test_an_endpoint_may_be_a_name_an_ipv6_address_and_bound_to_an_interface(tmp_path, endpoint):
     assert load_config(write(tmp_path, f"[zenoh]\nendpoint = '{endpoint}'")).zenoh.endpoint == endpoint
