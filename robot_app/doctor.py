@@ -4,31 +4,56 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import ExitStack
+from pathlib import Path
 
 from drivers.heartbeat import WatchdogView
-from drivers.ports import PortError
+from drivers.ports import LinkLost, PortError
 from robot_app.app import Robot, open_robot
-from robot_app.config import Config
+from robot_app.config import Config, ConfigError, load_config
 from robot_app.doctor_ears import Ears
 from robot_app.doctor_line import Level, Line, Patient
-from robot_app.doctor_robot import ROBOT_CHECKS, port_topics
+from robot_app.doctor_robot import MEND, ROBOT_CHECKS, port_topics
+from robot_app.doctor_sensors import LISTEN_S, counter, examine_local
 from robot_app.doctor_site import SITE_CHECKS
 from robot_app.recording import ON_THE_WIRE
 
-LISTEN_S = 3.0
+NO_FILE = "name one with --config; openbelief demo writes demo-out/robot.toml, docs/robot.md has one for a robot"
+LEFT_OUT = "then ask again, for transforms, map, Nav2 and watchdog were not looked at"
 
 
-def examine(config: Config, now_ns: int) -> Iterator[Line]:
-    """Every check, those that need no robot first; where the robot cannot be opened, one line says why."""
+def examine_file(path: Path, now_ns: int) -> Iterator[Line]:
+    """Every check of what robot.toml names; without a usable one, those of this machine that need none."""
+    try:
+        config = load_config(path)
+    except ConfigError as error:
+        remedy = NO_FILE if not path.exists() else "mend that line; docs/robot.md has a whole file"
+        yield Line("config", Level.FAIL, str(error), remedy)
+        yield from examine_site(Config(), now_ns)
+        return
+    yield Line("config", Level.OK, str(path))
+    yield from examine_site(config, now_ns)
+    yield from examine_all_of_robot(config)
+
+
+def examine_site(config: Config, now_ns: int) -> Iterator[Line]:
+    """The checks that need no robot."""
     for check in SITE_CHECKS:
         yield from check(config, now_ns)
+
+
+def examine_all_of_robot(config: Config) -> Iterator[Line]:
+    """Where the robot cannot be opened, one line says why, and the sensors of this machine are looked at alone."""
     with ExitStack() as opened:
         try:
             robot = opened.enter_context(open_robot(config))
         except (PortError, OSError, ValueError, RuntimeError) as error:
-            yield Line("robot", Level.FAIL, str(error), "the checks of the robot were left out; mend this first")
+            link = isinstance(error, LinkLost) and config.zenoh.endpoint in str(error)
+            remedy = MEND["link"] if link else "mend that, or name another body for it in [ports]"
+            yield Line("robot", Level.FAIL, str(error), f"{remedy}; {LEFT_OUT}")
+        else:
+            yield from examine_robot(config, robot)
             return
-        yield from examine_robot(config, robot)
+    yield from examine_local(config)
 
 
 def examine_robot(config: Config, robot: Robot) -> Iterator[Line]:
@@ -38,6 +63,9 @@ def examine_robot(config: Config, robot: Robot) -> Iterator[Line]:
         word = getattr(config.ports, port)
         if word in ON_THE_WIRE:
             ears.hear(robot.site.wires[word], port_topics(port, config, robot))
+    for port, sensor in (("camera", robot.camera), ("lidar", robot.lidar)):
+        if counted := counter(sensor):
+            ears.count(port, counted)
     wire = robot.site.wires[config.ports.navigator]
     watchdog = WatchdogView(wire.link, wire.keys)
     watchdog.start()

@@ -41,12 +41,17 @@ class Heard:
 
 
 class Ears:
-    """`hear(wire, topics)` any number of times, then `listen`. Callbacks come on Zenoh's threads."""
+    """`hear(wire, topics)` and `count(port, counter)` as often as needed, then `listen`.
+
+    Callbacks come on Zenoh's threads.
+    """
 
     def __init__(self, clock: Clock) -> None:
         self.topics: dict[str, Heard] = {}
         self.edges: dict[tuple[str, str], int | None] = {}  # (parent, child) -> newest stamp, None where static
         self.seconds = 0.0
+        self._counters: dict[str, Callable[[], int]] = {}
+        self._counted: dict[str, int] = {}
         self._clock, self._lock = clock, threading.Lock()
 
     def hear(self, wire: Wire, topics: tuple[Topic, ...]) -> None:
@@ -55,16 +60,26 @@ class Ears:
             self.topics[topic.name] = Heard()
             wire.link.subscribe(wire.keys.topic(topic), self._keeper(topic), history=topic.latched)
 
+    def count(self, port: str, counter: Callable[[], int]) -> None:
+        """A sensor that is no topic: how many samples its driver has had so far."""
+        self._counters[port] = counter
+
     def listen(self, seconds: float) -> None:
         """Let that much of the robot's time pass."""
         for heard in self.topics.values():
             heard.stamps_ns.clear()
             heard.lags_ns.clear()
+        before = {port: counter() for port, counter in self._counters.items()}
         self._clock.sleep(seconds)
+        self._counted = {port: counter() - before[port] for port, counter in self._counters.items()}
         self.seconds = seconds
 
     def rate_hz(self, topic: str) -> float:
         return len(self.topics[topic].stamps_ns) / self.seconds
+
+    def counted_hz(self, port: str) -> float:
+        """Of a sensor that is counted; 0 where its driver began to count anew meanwhile."""
+        return max(self._counted[port], 0) / self.seconds
 
     def _keeper(self, topic: Topic) -> Callable[[bytes], None]:
         heard = self.topics[topic.name]

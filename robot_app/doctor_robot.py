@@ -5,21 +5,22 @@ from __future__ import annotations
 import ipaddress
 from collections.abc import Callable, Iterator
 
+from drivers.livox.driver import LivoxLidar
 from drivers.nav2_bridge import Nav2Bridge
 from drivers.ports import PortError
+from drivers.realsense import RealSenseCamera
 from drivers.topics import Topic, color_topic
 from drivers.watchdog import State
 from robot_app.app import Robot
 from robot_app.config import Config
 from robot_app.doctor_ears import Heard
 from robot_app.doctor_line import Level, Line, Patient
+from robot_app.doctor_sensors import LOSS_WARN, SENSOR_AGE_S, check_real_camera, check_real_lidar, fresh
 from robot_app.recording import ON_THE_WIRE, wire_topics
 
 SKEW_WARN_S, SKEW_FAIL_S = 0.05, 0.25  # later stamps than 0.25 s ahead are refused by the drivers
 POSE_AGE_S = 0.5
-SENSOR_AGE_S = {"camera": 2.0, "lidar": 1.0}
 BATTERY_AGE_S = 10.0
-LOSS_WARN = 0.01
 MEND = {  # by the sign of Nav2 that is missing
     "link": "check the network, and the bridge on the robot",
     "action server": "start Nav2 with CycloneDDS, and let the bridge forward its actions",
@@ -61,27 +62,18 @@ def stays_here(endpoint: str) -> bool:
 
 
 def check_camera(patient: Patient) -> Iterator[Line]:
-    from drivers.realsense import RealSenseCamera
-
-    yield from _fresh("camera", patient, lambda: patient.robot.camera.latest(SENSOR_AGE_S["camera"]))
-    if isinstance(patient.robot.camera, RealSenseCamera):
-        info = patient.robot.camera.info
-        fast = info.usb.startswith("3")
-        remedy = "" if fast else "take a USB 3 cable and port: USB 2 cannot carry depth and colour"
-        yield Line("camera usb", Level.OK if fast else Level.FAIL, f"{info.name} at USB {info.usb}", remedy)
+    camera = patient.robot.camera
+    yield from fresh("camera", patient.config.ports.camera, camera.latest)
+    if isinstance(camera, RealSenseCamera):
+        yield from check_real_camera(camera, patient.ears)
     yield from _heard("camera", patient)
 
 
 def check_lidar(patient: Patient) -> Iterator[Line]:
-    from drivers.livox.driver import LivoxLidar
-
-    yield from _fresh("lidar", patient, lambda: patient.robot.lidar.latest(SENSOR_AGE_S["lidar"]))
-    if isinstance(patient.robot.lidar, LivoxLidar):
-        health = patient.robot.lidar.health()
-        lost = health.lost / max(health.packets + health.lost, 1)
-        level = Level.WARN if lost > LOSS_WARN or health.refused else Level.OK
-        remedy = "" if level == Level.OK else "sudo sysctl -w net.core.rmem_max=8388608, and look for a busy network"
-        yield Line("lidar loss", level, f"{100 * lost:.2f} % of {health.packets} packets lost", remedy)
+    lidar = patient.robot.lidar
+    yield from fresh("lidar", patient.config.ports.lidar, lidar.latest)
+    if isinstance(lidar, LivoxLidar):
+        yield from check_real_lidar(lidar, patient.ears)
     yield from _heard("lidar", patient)
 
 
@@ -181,17 +173,6 @@ def check_battery(patient: Patient) -> Iterator[Line]:
     level = Level.FAIL if empty else Level.WARN if low else Level.OK
     needed = f"missions begin at {100 * limits.battery_start:.0f} % and end below {100 * limits.battery_return:.0f} %"
     yield Line("battery", level, f"{100 * charge:.0f} %; {needed}", "charge the robot" if low or empty else "")
-
-
-def _fresh(port: str, patient: Patient, latest: Callable[[], object]) -> Iterator[Line]:
-    """Whether the port gives data as a mission would take it."""
-    try:
-        latest()
-    except PortError as error:
-        body = getattr(patient.config.ports, port)
-        yield Line(port, Level.FAIL, str(error), f'is the {port} running, and is {port} = "{body}" what stands there?')
-    else:
-        yield Line(port, Level.OK, f"data newer than {SENSOR_AGE_S[port]:g} s")
 
 
 def _heard(port: str, patient: Patient) -> Iterator[Line]:

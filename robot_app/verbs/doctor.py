@@ -1,8 +1,9 @@
 """Look at everything that a mission needs, and say of each part ok, warn or fail, with the remedy.
 
-Disk, memory file and its encoder, models and GPU, certificates; then the robot that robot.toml names: link and
-encryption, camera, lidar, clocks, transforms, map, Nav2, watchdog, battery. Moves nothing. Exit status 1 where anything
-fails.
+robot.toml itself; disk, memory file and its encoder, models and GPU, certificates; then the robot that it names: link
+and encryption, camera, lidar and its health codes, clocks, transforms, map, Nav2, watchdog, battery. Without a usable
+robot.toml this machine is still looked at, and with the robot out of reach the sensors that are plugged in here. Moves
+nothing. Exit status 1 where anything fails.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from robot_app.cli import Failure, print_json
+from robot_app.cli import print_json
 
 if TYPE_CHECKING:
     from robot_app.doctor_line import Line
@@ -27,16 +28,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     from drivers.clock import SystemClock
-    from robot_app.config import ConfigError, load_config
-    from robot_app.doctor import examine
+    from robot_app.doctor import examine_file
     from robot_app.doctor_line import Level
 
-    try:
-        config = load_config(options.config)
-    except ConfigError as error:
-        raise Failure(str(error)) from error
     lines = []
-    for line in examine(config, SystemClock().now_ns()):
+    for line in examine_file(options.config, SystemClock().now_ns()):
         lines.append(line)
         if not options.json:
             print(written(line), flush=True)

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import json
+import os
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from contextlib import ExitStack
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from behaviors.supervisor import SafetyPolicy
+from drivers.clock import SystemClock
 from drivers.heartbeat import Heartbeat, WatchdogView
+from drivers.livox.driver import LivoxHealth
+from drivers.livox.intake import LidarState
 from drivers.ros_convert import battery_message
 from drivers.ros_messages import encode
 from drivers.ros_topics import RosBattery
@@ -22,16 +27,20 @@ from drivers.zenoh_link import ZenohLink
 from openbelief import ObjectMemory, Observation, Parameters
 from robot_app.app import Robot, open_robot
 from robot_app.cli import main
-from robot_app.config import Config, Ports, Zenoh, load_config
+from robot_app.config import Config, Livox, Ports, Zenoh, load_config
 from robot_app.doctor import examine_robot
 from robot_app.doctor_ears import Ears, Heard
 from robot_app.doctor_line import Level, Line, Patient
 from robot_app.doctor_robot import check_battery, check_watchdog, stays_here
+from robot_app.doctor_sensors import check_real_camera, counter, examine_local, lidar_state
 from robot_app.doctor_site import check_certificates, check_disk, check_memory
+from robot_app.local_sensors import open_emulated_realsense
 from robot_app.site_folder import make_site
 from robot_app.verbs.doctor import written
 from robot_app.zenoh_site import ZenohSite
 from sim_fakes.faults import garbage, shifted
+from sim_fakes.livox_emulator import EmulatorSettings, LivoxEmulator
+from sim_fakes.sim_clock import SimClock
 
 CONFIG = Config()
 DAY_NS = 86_400 * 10**9
@@ -192,15 +201,125 @@ def test_a_battery_that_nobody_watches_is_a_warning_on_a_real_robot_only(ros_pat
     assert list(check_battery(replace(unwatched, config=CONFIG))) == []
 
 
-def test_no_router_is_one_line_with_the_cause_and_exit_status_1(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    ros = "".join(f'{port} = "ros"\n' for port in ("camera", "lidar", "pose", "map", "navigator"))
-    (tmp_path / "robot.toml").write_text(f'[ports]\n{ros}[zenoh]\nendpoint = "tcp/127.0.0.1:9"\n')
-    assert main(["doctor", "--config", str(tmp_path / "robot.toml"), "--json"]) == 1
+def doctors_lines(config: Path, capsys: pytest.CaptureFixture[str]) -> list[dict[str, str]]:
+    """What `doctor --json` says, which must be one JSON object and nothing else; exit status 1."""
+    assert main(["doctor", "--config", str(config), "--json"]) == 1
     result = json.loads(capsys.readouterr().out)
-    [line] = [check for check in result["checks"] if check["level"] == "fail"]
-    assert line["name"] == "robot" and "Nothing answers at tcp/127.0.0.1:9" in line["said"] and not result["ok"]
+    assert result["ok"] is False
+    return result["checks"]
+
+
+def failing(lines: list[dict[str, str]]) -> list[dict[str, str]]:
+    return [line for line in lines if line["level"] == "fail"]
+
+
+OUT_OF_REACH = '[zenoh]\nendpoint = "tcp/127.0.0.1:9"\n'
+
+
+def test_no_router_is_one_line_with_the_cause_and_a_remedy(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    ros = "".join(f'{port} = "ros"\n' for port in ("camera", "lidar", "pose", "map", "navigator"))
+    (tmp_path / "robot.toml").write_text(f"[ports]\n{ros}{OUT_OF_REACH}")
+    [line] = failing(doctors_lines(tmp_path / "robot.toml", capsys))
+    assert line["name"] == "robot" and "Nothing answers at tcp/127.0.0.1:9" in line["said"]
+    assert "check the network, and the bridge on the robot" in line["remedy"]
+
+
+@pytest.mark.parametrize(
+    ("text", "said", "remedy"),
+    [(None, "No such file", "demo-out/robot.toml"), ("[ports]\ncamera = 'webcam'", "ports.camera", "mend that line")],
+)
+def test_without_a_usable_robot_toml_this_machine_is_looked_at_all_the_same(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str | None, said: str, remedy: str
+) -> None:
+    if text is not None:
+        (tmp_path / "robot.toml").write_text(text)
+    lines = doctors_lines(tmp_path / "robot.toml", capsys)
+    assert lines[0]["name"] == "config" and said in lines[0]["said"] and remedy in lines[0]["remedy"]
+    assert {"disk", "memory", "perception", "gpu"} <= {line["name"] for line in lines}
+    assert [line["name"] for line in failing(lines)] == ["config"]
+
+
+@pytest.fixture
+def lidar_toml(tmp_path: Path) -> Iterator[tuple[LivoxEmulator, Path]]:
+    """A MID-360 with a dirty window and a broken link behind it, and a robot.toml whose robot is out of reach."""
+    network = f"127.{os.getpid() % 200 + 10}.{os.getpid() // 200 % 200}"  # all of 127/8 is this machine
+    settings = EmulatorSettings(lidar_ip=f"{network}.120", host_ip=f"{network}.164")
+    with LivoxEmulator(settings, clock=SystemClock()) as lidar:
+        lidar.stream.health = (0x01040002, 0x04010003)
+        ros = "".join(f'{port} = "ros"\n' for port in ("pose", "map", "navigator"))
+        addresses = f'[livox]\nlidar_ip = "{settings.lidar_ip}"\nhost_ip = "{settings.host_ip}"\n'
+        (tmp_path / "robot.toml").write_text(f'[ports]\ncamera = "ros"\nlidar = "real"\n{ros}{OUT_OF_REACH}{addresses}')
+        yield lidar, tmp_path / "robot.toml"
+
+
+def test_with_the_bridge_down_the_lidar_here_is_looked_at_and_its_health_codes_are_told_in_words(
+    lidar_toml: tuple[LivoxEmulator, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    lines = doctors_lines(lidar_toml[1], capsys)
+    told = {line["name"]: line for line in lines}
+    assert told["lidar"]["level"] == "ok" and told["lidar loss"]["said"]
+    assert "of 10 Hz" in told["lidar rate"]["said"] and not told["lidar rate"]["said"].startswith("0.0")
+    assert (told["lidar state"]["level"], told["lidar state"]["said"]) == (
+        "ok",
+        "sampling, 45 degrees C inside, 2 health codes",
+    )
+    codes = [(line["level"], line["said"], line["remedy"]) for line in lines if line["name"] == "lidar health"]
+    assert codes == [
+        ("warn", "warning: the window is dirty (HMS 0104)", "clean the window with a soft cloth"),
+        ("fail", "error: the network link dropped (HMS 0401)", "check the cable, the plug and the switch"),
+    ]
+
+
+def test_a_lidar_that_is_not_there_is_found(tmp_path: Path) -> None:
+    livox = Livox(lidar_ip="127.88.8.8", host_ip="203.0.113.9")
+    config = Config(ports=Ports(lidar="real", camera="ros", pose="ros", map="ros", navigator="ros"), livox=livox)
+    [line] = examine_local(config)
+    assert line.name == "lidar" and line.level == Level.FAIL and "203.0.113.9" in line.said and line.remedy
+
+
+def health(**said: object) -> LivoxHealth:
+    """A lidar's health, as it says it; `state=None`: it has said nothing."""
+    counts = dict.fromkeys((field.name for field in fields(LivoxHealth)), 0)
+    return LivoxHealth(**{**counts, "refused": {}, "state": LidarState(0, **said) if said else None})
+
+
+@pytest.mark.parametrize(
+    ("said", "level", "words"),
+    [
+        ({}, Level.WARN, "said nothing"),
+        ({"state": "sampling"}, Level.OK, "no health codes"),
+        ({"state": "idle"}, Level.WARN, "idle"),
+        ({"state": "motor starting"}, Level.WARN, "motor starting"),
+        ({"state": "error"}, Level.FAIL, "error"),
+    ],
+)
+def test_the_state_of_a_lidar_is_judged(said: dict, level: Level, words: str) -> None:
+    [line] = lidar_state(health(**said))
+    assert line.level == level and words in line.said and bool(line.remedy) is (level != Level.OK)
+
+
+def test_a_camera_here_is_looked_at(eventually: Eventually) -> None:
+    with ExitStack() as opened:
+        camera = open_emulated_realsense(Config(), SystemClock(), opened)
+        eventually(lambda: camera.health().counts.frames > 0)
+        ears = Ears(SystemClock())
+        ears.count("camera", counter(camera))
+        ears.listen(1.0)
+        usb, rate = check_real_camera(camera, ears)
+    assert (usb.name, usb.level) == ("camera usb", Level.OK) and "3.2" in usb.said
+    assert rate.name == "camera rate" and "of 30 Hz" in rate.said and ears.counted_hz("camera") > 0
+
+
+def test_the_rate_of_a_sensor_here_is_counted_while_it_is_listened_to() -> None:
+    clock, images = SimClock(0), [7]
+    ears = Ears(clock)
+    ears.count("camera", lambda: images[0])
+    clock.every(1 / 30, lambda: images.append(images.pop() + 1))
+    ears.listen(3.0)
+    assert ears.counted_hz("camera") == pytest.approx(30, abs=0.5)
+    clock.every(1.0, lambda: images.append(images.pop() * 0))  # its process was started anew
+    ears.listen(3.0)
+    assert ears.counted_hz("camera") == 0.0
 
 
 def test_a_memory_that_is_none_is_found(tmp_path: Path) -> None:

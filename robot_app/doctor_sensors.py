@@ -1,0 +1,126 @@
+"""The doctor's checks of a sensor at this machine: what only its own driver can tell."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+
+from drivers.clock import SystemClock
+from drivers.livox.driver import LivoxHealth, LivoxLidar
+from drivers.livox.hms import HealthCode
+from drivers.ports import Clock, PortError
+from drivers.realsense import RealSenseCamera
+from drivers.realsense_frames import FPS
+from drivers.topics import LIDAR
+from robot_app.config import Config
+from robot_app.doctor_ears import Ears
+from robot_app.doctor_line import Level, Line
+from robot_app.local_sensors import open_livox, open_realsense
+
+LISTEN_S = 3.0
+SENSOR_AGE_S = {"camera": 2.0, "lidar": 1.0}
+LOSS_WARN = 0.01
+SLOW = 0.8  # of the rate it should have
+SAMPLING = "sampling"
+AT_REST = {  # the lidar's other states -> what to do
+    "idle": "set it to sampling with the vendor's tool, or with [livox] take_control = true",
+    "error": "power-cycle the lidar; if it returns, have it serviced",
+    "upgrading": "wait for the end of its firmware's upgrade",
+}
+HEALTH_LEVELS = {"info": Level.OK, "warning": Level.WARN, "error": Level.FAIL, "fatal": Level.FAIL}
+
+
+def fresh(port: str, word: str, latest: Callable[[float], object]) -> Iterator[Line]:
+    """Whether the port gives data as a mission would take it. word: what stands for it in robot.toml."""
+    max_age_s = SENSOR_AGE_S[port]
+    try:
+        latest(max_age_s)
+    except PortError as error:
+        yield Line(port, Level.FAIL, str(error), f'is the {port} running, and is {port} = "{word}" what stands there?')
+    else:
+        yield Line(port, Level.OK, f"data newer than {max_age_s:g} s")
+
+
+def counter(sensor: object) -> Callable[[], int] | None:
+    """How many images or clouds its driver has had so far; None where it is no sensor of this machine."""
+    if isinstance(sensor, RealSenseCamera):
+        return lambda: sensor.health().counts.frames
+    if isinstance(sensor, LivoxLidar):
+        return lambda: sensor.health().clouds
+    return None
+
+
+def check_real_camera(camera: RealSenseCamera, ears: Ears) -> Iterator[Line]:
+    info, health = camera.info, camera.health()
+    fast = info.usb.startswith("3")
+    remedy = "" if fast else "take a USB 3 cable and port: USB 2 cannot carry depth and colour"
+    yield Line("camera usb", Level.OK if fast else Level.FAIL, f"{info.name} at USB {info.usb}", remedy)
+    counts = health.counts
+    rest = f"{counts.lost} lost, {counts.unpaired} unpaired, {counts.frozen} frozen, {health.restarts} restarts"
+    yield _rate("camera", ears, FPS, rest, "another USB port, nothing else on its bus, a machine with less to do")
+
+
+def check_real_lidar(lidar: LivoxLidar, ears: Ears) -> Iterator[Line]:
+    health = lidar.health()
+    lost = health.lost / max(health.packets + health.lost, 1)
+    level = Level.WARN if lost > LOSS_WARN or health.refused else Level.OK
+    remedy = "" if level == Level.OK else "sudo sysctl -w net.core.rmem_max=8388608, and look for a busy network"
+    yield Line("lidar loss", level, f"{100 * lost:.2f} % of {health.packets} packets lost", remedy)
+    yield _rate("lidar", ears, LIDAR.rate_hz or 0.0, f"{health.late} packets late", "look at the cable and the switch")
+    yield from lidar_state(health)
+
+
+def lidar_state(health: LivoxHealth) -> Iterator[Line]:
+    """What the lidar says of itself, once a second, in words."""
+    state = health.state
+    if state is None:
+        remedy = "let its push messages come to this host too: without them nobody hears of a dirty window or of heat"
+        yield Line("lidar state", Level.WARN, "it has said nothing of itself", remedy)
+        return
+    warm = "" if state.core_temperature_c is None else f", {state.core_temperature_c:.0f} degrees C inside"
+    said = f"{state.state or 'state unknown'}{warm}, {len(state.health) or 'no'} health codes"
+    ok = state.state == SAMPLING
+    level = Level.OK if ok else Level.FAIL if state.state == "error" else Level.WARN
+    remedy = "" if ok else AT_REST.get(state.state or "", "wait until it has started, then ask again")
+    yield Line("lidar state", level, said, remedy)
+    for code in state.health:
+        yield _health_line(code)
+
+
+def _health_line(code: HealthCode) -> Line:
+    level = HEALTH_LEVELS.get(code.level, Level.WARN)
+    return Line("lidar health", level, f"{code.level}: {code.words} (HMS {code.id:04X})", code.remedy)
+
+
+def _rate(port: str, ears: Ears, nominal_hz: float, rest: str, remedy: str) -> Line:
+    rate_hz = ears.counted_hz(port)
+    slow = rate_hz < SLOW * nominal_hz
+    said = f"{rate_hz:.1f} of {nominal_hz:g} Hz, {rest}"
+    return Line(f"{port} rate", Level.WARN if slow else Level.OK, said, remedy if slow else "")
+
+
+def examine_local(config: Config, clock: Clock | None = None) -> Iterator[Line]:
+    """The sensors that robot.toml calls "real", each by itself: for when the robot they belong to cannot be opened."""
+    clock = clock or SystemClock()
+    for port, (open_sensor, check) in LOCAL.items():
+        if getattr(config.ports, port) != "real":
+            continue
+        with ExitStack() as opened:
+            try:
+                sensor = open_sensor(config, clock, opened)
+            except PortError as error:
+                yield Line(port, Level.FAIL, str(error), f'mend that, or name another {port} in [ports] than "real"')
+                continue
+            ears = Ears(clock)
+            if counted := counter(sensor):
+                ears.count(port, counted)
+            ears.listen(LISTEN_S)
+            yield from fresh(port, "real", sensor.latest)
+            yield from check(sensor, ears)
+
+
+# port -> (how it is opened, what is looked at)
+LOCAL: dict[str, tuple[Callable, Callable]] = {
+    "camera": (open_realsense, check_real_camera),
+    "lidar": (open_livox, check_real_lidar),
+}
