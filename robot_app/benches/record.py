@@ -1,7 +1,7 @@
 """Recording at full rate over a real Zenoh link: 640x480 RGB-D at 30 Hz, 200 000 points/s, IMU at 200 Hz, /tf at 50 Hz.
 
 The sources run in a process of their own; the CPU share is this process's alone (receiving, JPEG, zstd, writing), in
-cores. Fails where a single message is lost, and says whether that was on the way or between the recorder's queue and the disk.
+cores. Fails where a single message is lost, and says whether that was on the way to the recorder or in it.
 """
 
 from __future__ import annotations
