@@ -18,7 +18,7 @@ from robot_app.app import Robot
 
 LOOK_EVERY_S = 1.0
 MAX_AGE_S = 2.0
-SILENT_S, SILENT_STEPS = 5.0, 3.0  # a source is silent after so long, and after so many times its longest pause
+SILENT_S, SILENT_STEPS = 10.0, 3.0  # silent is who sends nothing for so long, and so many times its longest pause
 
 
 @dataclass(frozen=True)

@@ -227,7 +227,7 @@ def test_a_source_that_falls_silent_is_told_and_is_no_success(config: Path, tmp_
         robot.clock.sleep(3.0)
         before = gauge.status()
         simulation.site.sensor_faults.muted.add("/livox/lidar")
-        robot.clock.sleep(8.0)
+        robot.clock.sleep(14.0)
         queue.drain()
         after = gauge.status()
     assert before.gone == ()
