@@ -12,7 +12,10 @@ from behaviors.events import Outcome
 from behaviors.policy import MissionPolicy
 from openbelief.memory import ObjectMemory
 from openbelief.perception.sentence import SentenceEncoder
+from openbelief.rooms import rooms_of
+from openbelief.target_phrase import target_phrase
 from robot_app.config import Config, Sim, dump_config
+from robot_app.demo_folder import CONFIG_HEAD, Files
 from robot_app.mapping import MapJob, Progress, run_map
 from robot_app.missions import open_missions
 from robot_app.pictures import Backdrop, write_pictures
@@ -41,60 +44,23 @@ class Demo:
         }
 
 
-@dataclass(frozen=True)
-class Files:
-    """The demo's folder."""
-
-    folder: Path
-
-    @property
-    def walk(self) -> Path:
-        return self.folder / "walk.mcap"
-
-    @property
-    def truth(self) -> Path:
-        return self.folder / "walk.truth.json"
-
-    @property
-    def memory(self) -> Path:
-        return self.folder / "site.belief"
-
-    @property
-    def config(self) -> Path:
-        return self.folder / "robot.toml"
-
-    @property
-    def trial(self) -> Path:
-        return self.folder / "trial.mcap"
-
-    @property
-    def log(self) -> Path:
-        return self.folder / "log.jsonl"
-
-    @property
-    def pictures(self) -> Path:
-        return self.folder / "pictures"
-
-    def old(self) -> list[Path]:
-        """What an earlier demo left here and a new one makes anew, unfinished files and caches too."""
-        patterns = ("walk*.mcap*", "site.belief*", "trial.mcap*", "log.jsonl", "pictures/*.png")
-        return [path for pattern in patterns for path in self.folder.glob(pattern)]
-
-
 def run_demo(folder: Path, query: str, scene: str, seed: int, progress: Progress, tell: Callable[[str], None]) -> Demo:
-    """Leaves everything in `folder`. Raises Failure, PortError, SceneError or ValueError with a sentence."""
+    """Leaves everything in `folder`. Raises Failure, PortError, SceneError or ValueError with a sentence.
+
+    What cannot be asked, or is no scene, is refused before anything is written or removed.
+    """
+    target_phrase(query)
+    world = World.load(scene)
     files = Files(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    for old in files.old():
-        old.unlink(missing_ok=True)
+    files.claim()
     config = Config(
         memory=files.memory,
         trials=folder,
         sim=Sim(scene=scene, seed=seed),
         mission=MissionPolicy(motion="allow"),
     )
-    files.config.write_text(dump_config(_from_its_folder(config)), encoding="utf-8")
-    make_memory(config, files, progress, tell)
+    files.config.write_text(CONFIG_HEAD + dump_config(_from_its_folder(config)), encoding="utf-8")
+    make_memory(config, world, files, progress, tell)
     return ask_and_replay(config, files, query, tell)
 
 
@@ -106,12 +72,14 @@ def _from_its_folder(config: Config) -> Config:
     return config.model_copy(update={"memory": memory, "trials": Path(), "sim": sim})
 
 
-def make_memory(config: Config, files: Files, progress: Progress, tell: Callable[[str], None]) -> ObjectMemory:
+def make_memory(
+    config: Config, world: World, files: Files, progress: Progress, tell: Callable[[str], None]
+) -> ObjectMemory:
     """A walk through the scene, recorded, and the memory mapped from the recording."""
-    world = World.load(config.sim.scene)
     tell(f"A G1 walks through {world.name}: {len(world.rooms)} rooms, {len(world.objects)} things.")
     frames = record_walk(config, files.walk, lambda n: progress.frames("walk", n, 0))
-    files.truth.write_text(json.dumps(world.truth()), encoding="utf-8")
+    truth = world.truth()
+    files.truth.write_text(json.dumps(truth), encoding="utf-8")
     size_mb = files.walk.stat().st_size / 1e6
     tell(f"Recorded {frames} RGB-D images, lidar, poses and the map to {files.walk} ({size_mb:.0f} MB).")
     job = MapJob(
@@ -120,6 +88,7 @@ def make_memory(config: Config, files: Files, progress: Progress, tell: Callable
         [f"scripted:{config.sim.scene}"],
         force=True,
         seed=config.sim.seed,
+        rooms=rooms_of(truth["rooms"]),
     )
     memory = run_map(job, SentenceEncoder(), progress).memory
     tell(f"Mapped {len(memory.observations)} observations of {len(memory.objects)} objects to {files.memory}.")
@@ -129,7 +98,8 @@ def make_memory(config: Config, files: Files, progress: Progress, tell: Callable
 def ask_and_replay(config: Config, files: Files, query: str, tell: Callable[[str], None]) -> Demo:
     """One mission over the memory of `config`, its replay, and its pictures."""
     tell(f"The operator asks: {query!r}.")
-    with open_missions(config, Narrator(tell)) as missions:
+    asked = config.model_copy(update={"mission": MissionPolicy(motion="ask")})  # as on a robot; the narrator says yes
+    with open_missions(asked, Narrator(tell)) as missions:
         recorded = missions.ask(query, files.trial)
     outcome = recorded.outcome
     tell(f"Candidates verified: {outcome.visits}.")
@@ -155,7 +125,7 @@ class Narrator:
         self._tell = tell
 
     def confirm(self, question: str, timeout_s: float) -> str:  # noqa: ARG002 - nobody is waited for
-        self._tell(question)
+        self._tell(f"{question} Yes.")
         return "yes"
 
     def stop_requested(self) -> str | None:

@@ -2,7 +2,8 @@
 
 A simulated G1 walks through a flat and records what it senses; the recording is mapped; the operator asks for a
 thing; the robot drives to the best candidate over a simulated Nav2 behind real Zenoh wires, looks, and confirms it or
-tries the next. The trial is replayed and compared decision by decision. Everything is left in the --out folder.
+tries the next. The trial is replayed and compared decision by decision. Everything is left in the --out folder, over
+what an earlier demo left there; a file of somebody else's is never replaced.
 """
 
 from __future__ import annotations
