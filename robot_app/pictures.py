@@ -2,32 +2,30 @@
 
 from __future__ import annotations
 
-import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from drivers.ports import CameraFrame
 from logs import trial_records as records
 from logs.journal import Entry
 from openbelief.arrays import Array
 from openbelief.memory import ObjectMemory
 from openbelief.node import ObjectNode
 from openbelief.traversability import OccupancyGrid
+from robot_app.arrival_pictures import arrival_views
+from robot_app.picture_style import ASIDE, CONFIRMED, INK, OTHER, PAPER, REJECTED, label_of, spread, wrapped
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.text import Text
 
 Kind = TypeVar("Kind", bound=records.Record)
 
-INK, FAINT, PAPER = "#22303c", "#b9c2c9", "#ffffff"
-CONFIRMED, REJECTED, ASIDE, OTHER = "#1b8a5a", "#c8372d", "#c98a12", "#5b7c99"
 VERDICT_COLOUR = {"confirmed": CONFIRMED, "rejected": REJECTED, "set aside": ASIDE, "candidate": OTHER}
-CHECKS = (("visibility", "visible"), ("semantic", "says so"), ("geometric", "stands there"))
 
 
 @dataclass(frozen=True)
@@ -65,83 +63,19 @@ def top_view(entries: Sequence[Entry], memory: ObjectMemory, backdrop: Backdrop 
         if node.id not in verdicts and not node.background:
             _draw_object(axes, node, "none", 0.7)
     _draw_way(axes, entries)
-    for order, (object_id, verdict) in enumerate(verdicts.items(), start=1):
-        _draw_candidate(axes, memory.objects[object_id], order, verdict)
+    numbered = enumerate(verdicts.items(), start=1)
+    labels = [_draw_candidate(axes, memory.objects[i], order, verdict) for order, (i, verdict) in numbered]
+    _draw_legend(axes)
     query, end = _last(entries, records.Query), _last(entries, records.Ended)
     title = f"“{query.sentence}”" if query else "trial"
-    axes.set_title(_wrapped(f"{title}  {end.end}: {end.reason}" if end else title, 100), color=INK, loc="left")
+    words = wrapped(f"{title} {end.end}: {end.reason}" if end else title, 100)
+    axes.set_title(words, color=INK, loc="left", parse_math=False)
     axes.set_xlabel("x in the map, m", color=INK)
     axes.set_ylabel("y in the map, m", color=INK)
     axes.set_aspect("equal")
     axes.autoscale_view()
+    spread(axes, labels, drop=False)
     return figure
-
-
-def arrival_views(entries: Sequence[Entry], memory: ObjectMemory) -> Iterable[Figure]:
-    """What the robot saw at each check, with the masks, the three values against their thresholds, and the verdict."""
-    frame: CameraFrame | None = None
-    segments: records.Segments | None = None
-    for entry in entries:
-        if isinstance(entry.attached, CameraFrame):
-            frame = entry.attached
-        elif isinstance(entry.record, records.Segments):
-            segments = entry.record
-        elif isinstance(entry.record, records.Checks) and frame is not None and segments is not None:
-            yield _arrival_view(entry.record, frame, segments, memory.objects[entry.record.object_id])
-
-
-def _arrival_view(checks: records.Checks, frame: CameraFrame, segments: records.Segments, node: ObjectNode) -> Figure:
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(12, 5.4), layout="constrained")
-    axes, beside = figure.subplots(1, 2, width_ratios=[2.1, 1])
-    axes.imshow(frame.color)
-    for segment in segments.masks:
-        best = segment.index == checks.mask_index
-        axes.contour(segment.mask().pixels, [0.5], colors=[CONFIRMED if best else PAPER], linewidths=2.5 if best else 1)
-    axes.set_axis_off()
-    for segment in segments.masks:
-        pixels = segment.mask().pixels
-        if segment.phrase and pixels.any():
-            rows, columns = np.nonzero(pixels)
-            best = segment.index == checks.mask_index
-            axes.text(
-                columns.mean(),
-                rows.mean(),
-                segment.phrase,
-                color=PAPER,
-                fontsize=10 if best else 7,
-                ha="center",
-                weight="bold" if best else "normal",
-                bbox={"boxstyle": "round", "facecolor": INK, "edgecolor": "none", "alpha": 0.75 if best else 0.45},
-            )
-    axes.set_title(f"at object {node.id}, mapped as “{_label(node)}”", color=INK, loc="left")
-    _draw_checks(beside, checks)
-    return figure
-
-
-def _draw_checks(axes: Axes, checks: records.Checks) -> None:
-    passed = checks.verdict == "confirmed"
-    for row, (name, words) in enumerate(CHECKS):
-        check: records.Check = getattr(checks, name)
-        y = len(CHECKS) - row
-        value = check.value if check.value is not None else 0.0
-        colour = FAINT if check.value is None else CONFIRMED if value >= check.threshold else REJECTED
-        axes.barh(y, np.clip(value, 0, 1), height=0.45, color=colour)
-        axes.plot([check.threshold] * 2, [y - 0.32, y + 0.32], color=INK, linewidth=2)
-        said = "not measured" if check.value is None else f"{value:.2f} (needs {check.threshold:.2f})"
-        axes.text(0, y + 0.34, f"{row + 1}. {words}: {said}", color=INK, fontsize=10)
-    axes.set_xlim(0, 1)
-    axes.set_ylim(-0.2, len(CHECKS) + 0.7)
-    axes.set_axis_off()
-    axes.text(
-        0,
-        0.1,
-        _wrapped(f"{checks.verdict}: {checks.reason}", 46),
-        color=CONFIRMED if passed else REJECTED,
-        fontsize=10,
-        va="top",
-    )
 
 
 def _draw_grid(axes: Axes, grid: OccupancyGrid) -> None:
@@ -158,23 +92,37 @@ def _draw_object(axes: Axes, node: ObjectNode, colour: str, alpha: float) -> Non
     from matplotlib.patches import Rectangle
 
     low, high = np.asarray(node.aabb)[:, :2]
-    axes.add_patch(Rectangle(low, *(high - low), facecolor=colour, edgecolor=INK, linewidth=0.4, alpha=alpha))
+    axes.add_patch(Rectangle(low, *(high - low), facecolor=colour, edgecolor=INK, linewidth=0.6, alpha=alpha))
 
 
-def _draw_candidate(axes: Axes, node: ObjectNode, order: int, verdict: str) -> None:
+def _draw_candidate(axes: Axes, node: ObjectNode, order: int, verdict: str) -> Text:
     colour = VERDICT_COLOUR[verdict]
     _draw_object(axes, node, colour, 0.9)
-    axes.annotate(
-        f"{order}. {_label(node)}\n{verdict}",
-        xy=(float(node.centroid[0]), float(node.centroid[1])),
-        xytext=(14, 16),
-        textcoords="offset points",
+    x, y = (float(v) for v in node.centroid[:2])
+    return axes.annotate(
+        f"{order}. {label_of(node)}\n{verdict}",
+        xy=(x, y),
+        xytext=(x + 0.25, y + 0.25),
+        textcoords="data",
+        parse_math=False,
         color=PAPER,
         fontsize=9,
         bbox={"boxstyle": "round", "facecolor": colour, "edgecolor": "none"},
         arrowprops={"arrowstyle": "-", "color": colour},
         zorder=6,
     )
+
+
+def _draw_legend(axes: Axes) -> None:
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    handles = [
+        Line2D([], [], color=OTHER, linewidth=1.8, marker="o", markerfacecolor=INK, label="the way, from its start"),
+        Line2D([], [], color=INK, linewidth=0, marker=">", markersize=9, label="where it stood to look"),
+        Patch(facecolor="none", edgecolor=INK, linewidth=0.6, label="other objects of the map, as boxes"),
+    ]
+    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.06), ncol=3, frameon=False, fontsize=9)
 
 
 def _draw_way(axes: Axes, entries: Sequence[Entry]) -> None:
@@ -206,16 +154,8 @@ def _verdicts(entries: Sequence[Entry]) -> dict[int, str]:
     return verdicts
 
 
-def _label(node: ObjectNode) -> str:
-    return max(node.concepts, key=lambda c: c.support).label if node.concepts else "unnamed"
-
-
 def _last(entries: Sequence[Entry], kind: type[Kind]) -> Kind | None:
     return next((e.record for e in reversed(entries) if isinstance(e.record, kind)), None)
-
-
-def _wrapped(text: str, width: int) -> str:
-    return "\n".join(textwrap.wrap(text, width))
 
 
 def _canvas(width: float, height: float) -> tuple[Figure, Axes]:
