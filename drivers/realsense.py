@@ -34,8 +34,8 @@ from drivers.realsense_keeper import Keeper
 from drivers.realsense_process import OpenDevice, Slots, attached, camera_process
 from drivers.realsense_time import DeviceTime, WallTime
 from drivers.realsense_watchdog import Phase, Watchdog, WatchdogLimits
+from drivers.stamps import AHEAD_S, ANY_AGE_S
 
-AHEAD_S = 0.25  # librealsense needs seconds to follow a step of the system clock
 KEPT_FRAMES = 30  # one second
 KEPT_IMU = 2500  # ten seconds at 250 Hz
 
@@ -131,7 +131,7 @@ class RealSenseCamera:
             raise StaleData(
                 f"The newest camera image is {age_s:.2f} s old, {max_age_s:.2f} s are allowed.{self._trouble()}"
             )
-        if age_s < -AHEAD_S:
+        if age_s < -AHEAD_S and max_age_s < ANY_AGE_S:  # librealsense takes seconds to follow a step
             raise StaleData(f"The newest camera image is {-age_s:.2f} s ahead of our clock: did the system clock jump?")
         return frame
 

@@ -2,8 +2,9 @@
 
     python -m sim_fakes.robot_process --scene flat --listen tcp/127.0.0.1:7447
 
-A Zenoh router, the keys and tokens of a bridge, Nav2, /tf, /map, camera, IMU and battery of a robot in a scene.
-Its MID-360 is not a topic but a sensor: UDP packets from --lidar-ip to --host-ip, for `openbelief onboard` to read.
+A Zenoh router, the keys and tokens of a bridge, Nav2, /tf, /map, camera with IMU and battery of a robot in a scene.
+Its MID-360 is not a topic but a sensor: UDP packets, IMU and all, from --lidar-ip to --host-ip, which `openbelief
+onboard` reads.
 
 A line on standard input is the hand-held remote: "walk" walks the scene's mapping walk, "halt" stops the robot; the end
 of the input, Ctrl-C or SIGTERM ends the process. One JSON line is printed for each event.
@@ -24,6 +25,7 @@ import zenoh
 
 from drivers.clock import SystemClock
 from drivers.ports import Clock
+from drivers.topics import LIDAR_IMU
 from drivers.zenoh_link import open_router
 from openbelief.arrays import Array
 from sim_fakes.eyes import RenderedEyes
@@ -118,6 +120,7 @@ def run(options: argparse.Namespace, stop: threading.Event) -> None:
         SimNav2Server(bridge, clock, robot, grid).start()
         topics = SimRosPublisher(bridge, clock, robot, grid)
         topics.start()
+        topics.faults.muted.add(LIDAR_IMU.name)  # its lidar is a sensor, with an IMU of its own
         topics.start_imu()
         topics.start_battery(CHARGE)
         opened.enter_context(LiveCamera(clock, robot, eyes, topics, CAMERA_RATE_HZ))

@@ -20,6 +20,7 @@ import pytest
 from drivers.heartbeat import WatchdogView
 from drivers.watchdog import State
 from drivers.zenoh_link import LinkConfig, ZenohLink
+from logs.reader import LogReader
 from openbelief import ObjectMemory
 from robot_app.cli import main
 from sim_fakes.world import World
@@ -167,6 +168,7 @@ def test_a_walk_is_recorded_mapped_and_driven_from_in_separate_processes(tmp_pat
         robot.tell("walk")
         robot.expect("ended")
     assert record.interrupt() == 0, record.said
+    assert len(list(LogReader(walk).messages({"/livox/imu"}))) > 200, "its IMU comes the same way"
 
     memory = tmp_path / "site.belief"
     mapping = ["--perception", f"scripted:{SMALL}", "--stride", "2"]
