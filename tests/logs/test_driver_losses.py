@@ -5,15 +5,19 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from drivers.clock import SystemClock
 from drivers.livox.driver import LivoxLidar, LivoxSettings
 from drivers.livox.intake import KEPT_CLOUDS
 from drivers.ports import LinkLost
-from drivers.realsense_frames import ImuSample, RealSenseFrame, StreamCounts, TimestampDomain
+from drivers.realsense import RealSenseCamera
+from drivers.realsense_frames import ImuSample, RealSenseFrame, RealSenseSettings, StreamCounts, TimestampDomain
+from drivers.realsense_watchdog import WatchdogLimits
 from drivers.topics import CAMERA_IMU, DEPTH, LIDAR, LIDAR_IMU
 from logs.driver_losses import NOT_TAKEN, Growth
 from logs.port_tap import PortTap
@@ -22,6 +26,7 @@ from logs.recorder import McapRecorder
 from openbelief.observation import Intrinsics
 from sim_fakes.livox_emulator import EmulatorSettings, LivoxEmulator
 from sim_fakes.livox_faults import LivoxFaults
+from sim_fakes.realsense_software import Fault, TwinSpec, TwinState, box_images, open_twin
 from sim_fakes.sim_clock import SimClock
 
 CAMERA = Intrinsics(fx=60.0, fy=60.0, cx=32.0, cy=24.0, width=64, height=48)
@@ -175,6 +180,29 @@ def test_a_camera_that_has_failed_for_good_is_gone_and_its_last_images_are_kept(
     tap.poll()
     assert tap.gone == tap.trouble == {DEPTH.name: "The camera has failed: 5 resets did not help."}
     assert sum(queue.streams[DEPTH.name].lost.values()) == 1
+
+
+def test_the_real_driver_of_a_camera_that_loses_images_and_is_unplugged_tells_both(tmp_path: Path) -> None:
+    """librealsense in its own process, with the simulated D435i inside."""
+    clock, state = SystemClock(), TwinState()
+    opener = partial(open_twin, box_images, TwinSpec(), state)
+    with (
+        RealSenseCamera(
+            RealSenseSettings(), clock, open_device=opener, limits=WatchdogLimits(back_off_s=(0.05,) * 6)
+        ) as camera,
+        McapRecorder(tmp_path / "a.mcap", clock) as recorder,
+        QueuedRecorder(recorder, clock) as queue,
+    ):
+        tap = PortTap(queue)
+        tap.add_camera(camera)
+        stream = queue.streams[DEPTH.name]
+        until(lambda: (tap.poll(), stream.taken > 3)[1])
+        state.fault = Fault.DROPPED
+        until(lambda: (tap.poll(), sum(stream.lost.values()) > 1)[1])
+        state.fault = Fault.UNPLUGGED
+        until(lambda: (tap.poll(), DEPTH.name in tap.gone)[1])
+    assert any(where.startswith("never came whole") for where in stream.lost)
+    assert tap.gone[DEPTH.name] == tap.trouble[DEPTH.name]
 
 
 def test_images_whose_stamps_ran_backwards_are_kept_and_counted(queue: QueuedRecorder) -> None:
