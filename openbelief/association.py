@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from numbers import Real
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -179,6 +180,6 @@ class _Rows:
         self._count += 1
 
 
-def _check_radius(radius: float) -> None:
-    if not (np.isfinite(radius) and radius > 0):
-        raise ValueError(f"The overlap radius should be a finite number of metres above 0, got {radius}.")
+def _check_radius(radius: Any) -> None:
+    if not (isinstance(radius, Real) and np.isfinite(radius) and radius > 0):
+        raise ValueError(f"The overlap radius should be a finite number of metres above 0, got {radius!r}.")

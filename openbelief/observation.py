@@ -61,10 +61,10 @@ class RgbdFrame:
 
     index: int
     stamp_ns: int
-    color: Array
-    depth_m: Array
+    color: Array = field(repr=False)
+    depth_m: Array = field(repr=False)
     intrinsics: Intrinsics
-    T_map_camera: Array
+    T_map_camera: Array = field(repr=False)
     recording: str = ""
 
     def __post_init__(self) -> None:
@@ -87,10 +87,10 @@ class Mask:
     """
 
     index: int
-    pixels: Array
+    pixels: Array = field(repr=False)
     phrase: str | None
     confidence: float
-    feature: Array
+    feature: Array = field(repr=False)
 
 
 @dataclass(frozen=True)
@@ -118,8 +118,8 @@ class Observation:
     mask: int
     phrase: str | None
     confidence: float
-    points: Array
-    feature: Array
+    points: Array = field(repr=False)
+    feature: Array = field(repr=False)
     provenance: Provenance | None = None
 
     def __post_init__(self) -> None:

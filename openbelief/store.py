@@ -71,7 +71,10 @@ class BeliefStore:
         feature_text_aligned: bool,
         about: Mapping[str, Any],
     ) -> BeliefStore:
-        """A new file; raises FileExistsError where there is one, ValueError where `about` is not JSON."""
+        """A new file; raises FileExistsError where there is one, ValueError where `about` is not JSON.
+
+        Raises BeliefFileError where it cannot be written, as does all that writes to it.
+        """
         target = Path(path)
         if target.exists():
             raise FileExistsError(f"{target} exists already: choose another name, or remove it first.")
@@ -83,11 +86,12 @@ class BeliefStore:
             "about": dict(about),
         }
         rows = [(key, json.dumps(value, allow_nan=False)) for key, value in meta.items()]
-        db = _connect_for_writing(target)
-        db.executescript(f"PRAGMA application_id={APPLICATION_ID}; PRAGMA user_version={FORMAT}; BEGIN; {SCHEMA}")
-        db.executemany("INSERT INTO meta VALUES (?, ?)", rows)
-        db.execute("COMMIT")  # before WAL: the header alone must say whose file this is
-        db.execute("PRAGMA journal_mode=WAL")
+        with _unwritten(target):
+            db = _connect_for_writing(target)
+            db.executescript(f"PRAGMA application_id={APPLICATION_ID}; PRAGMA user_version={FORMAT}; BEGIN; {SCHEMA}")
+            db.executemany("INSERT INTO meta VALUES (?, ?)", rows)
+            db.execute("COMMIT")  # before WAL: the header alone must say whose file this is
+            db.execute("PRAGMA journal_mode=WAL")
         return cls(db, target)
 
     @classmethod
@@ -169,13 +173,15 @@ class BeliefStore:
 
     @contextmanager
     def _transaction(self) -> Iterator[None]:
-        self._db.execute("BEGIN IMMEDIATE")
-        try:
-            yield
-        except BaseException:
-            self._db.execute("ROLLBACK")
-            raise
-        self._db.execute("COMMIT")
+        with _unwritten(self.path):
+            self._db.execute("BEGIN IMMEDIATE")
+            try:
+                yield
+                self._db.execute("COMMIT")
+            except BaseException:
+                if self._db.in_transaction:  # a full disk has ended it already
+                    self._db.execute("ROLLBACK")
+                raise
 
     def _set_meta(self, key: str, value: Any) -> None:
         self._db.execute("INSERT OR REPLACE INTO meta VALUES (?, ?)", (key, json.dumps(value, allow_nan=False)))
@@ -209,10 +215,8 @@ def write(path: str | os.PathLike[str], memory: ObjectMemory) -> None:
         raise BeliefFileError(f"{target} is a folder: name the file to write in it.")
     if not target.parent.is_dir():
         raise BeliefFileError(f"The folder {target.parent} does not exist: create it, or write to another.")
-    try:
+    with _unwritten(target):
         _write(target, memory)
-    except (OSError, sqlite3.Error) as error:
-        raise BeliefFileError(f"{target} cannot be written: {error}.") from error
 
 
 def _write(target: Path, memory: ObjectMemory) -> None:
@@ -315,6 +319,17 @@ def _one_line_errors(path: Path) -> Iterator[None]:
         raise BeliefFileError(damaged(path, str(error))) from error
     except (sqlite3.Error, ValueError, KeyError, TypeError, OverflowError) as error:
         raise BeliefFileError(damaged(path, str(error))) from error
+
+
+@contextmanager
+def _unwritten(path: Path) -> Iterator[None]:
+    """What the disk refuses becomes one BeliefFileError."""
+    try:
+        yield
+    except (OSError, sqlite3.Error) as error:
+        if isinstance(error, FileExistsError):
+            raise
+        raise BeliefFileError(f"{path} cannot be written: {error}.") from error
 
 
 def damaged(path: Path, how: str) -> str:

@@ -60,7 +60,7 @@ def test_overlap_refuses_points_that_are_none(points):
         overlap(points, GRID, 0.03)
 
 
-@pytest.mark.parametrize("radius", [0.0, -1.0, np.nan, np.inf])
+@pytest.mark.parametrize("radius", [0.0, -1.0, np.nan, np.inf, "0.03", None])
 def test_overlap_refuses_a_radius_that_is_none(radius):
     with pytest.raises(ValueError, match="radius"):
         overlap(GRID, GRID, radius)

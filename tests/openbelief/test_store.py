@@ -260,6 +260,21 @@ def test_an_existing_file_is_not_overwritten(create):
         create()
 
 
+def test_a_disk_that_is_full_is_said_so_in_one_line_and_loses_no_finished_frame(create, flat):
+    with create() as store:
+        store.add_frame("walk", 1000, flat[:4])
+        pages = store._db.execute("PRAGMA page_count").fetchone()[0]
+        store._db.execute(f"PRAGMA max_page_count={pages}")
+        with pytest.raises(BeliefFileError, match=r"^[^\n]*cannot be written: database or disk is full\.$"):
+            store.add_frame("walk", 1001, flat[4:8])
+        assert len(store.observations()) == 4 and store.frames_done("walk") == {1000}
+
+
+def test_a_new_file_where_none_can_be_is_refused_in_one_line(create):
+    with pytest.raises(BeliefFileError, match=r"^[^\n]*cannot be written: unable to open[^\n]*$"):
+        create("no-folder/a.belief")
+
+
 def test_kill_9_while_mapping_loses_no_finished_frame(tmp_path):
     script = """
         import sys, numpy as np
