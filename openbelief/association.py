@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -181,5 +180,5 @@ class _Rows:
 
 
 def _check_radius(radius: Any) -> None:
-    if not (isinstance(radius, Real) and np.isfinite(radius) and radius > 0):
+    if not (isinstance(radius, int | float | np.number) and np.isfinite(radius) and radius > 0):
         raise ValueError(f"The overlap radius should be a finite number of metres above 0, got {radius!r}.")
