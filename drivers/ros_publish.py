@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from drivers.bridge_keys import BridgeKeys
+from drivers.diagnosis import Diagnosis, diagnostics_message
 from drivers.ports import Camera, CameraFrame, Clock, Lidar, LidarCloud, StaleData
 from drivers.ros_clouds import cloud_message
 from drivers.ros_convert import (
@@ -24,11 +25,12 @@ from drivers.ros_convert import (
     transforms_message,
 )
 from drivers.ros_messages import Message, encode
-from drivers.topics import CAMERA_INFO, COLOR_JPEG, DEPTH_PNG, LIDAR, LIDAR_IMU, TF_STATIC, Topic
+from drivers.topics import CAMERA_INFO, COLOR_JPEG, DEPTH_PNG, DIAGNOSTICS, LIDAR, LIDAR_IMU, TF_STATIC, Topic
 from drivers.zenoh_link import ZenohLink
 from openbelief.arrays import Array
 
 MOUNTS_EVERY_S = 1.0  # repeated, so that who comes late has them too
+DIAGNOSES_EVERY_S = 1.0
 MAX_AGE_S = 0.5  # an older sample of a sensor is not worth sending
 
 
@@ -151,6 +153,18 @@ class ImuPublisher:
     def step(self) -> None:
         for s in self._take():
             self._outlet.send(self._topic, imu_message(s.stamp_ns, self._frame_id, s.gyro_rad_s, s.acceleration_m_s2))
+
+
+class DiagnosisPublisher:
+    """What is wrong with a sensor, or that nothing is, once a second."""
+
+    def __init__(self, outlet: Outlet, clock: Clock, diagnose: Callable[[], Sequence[Diagnosis]]) -> None:
+        self._outlet, self._clock, self._diagnose = outlet, clock, diagnose
+        self._rate = Rate(clock, DIAGNOSES_EVERY_S)
+
+    def step(self) -> None:
+        if self._rate.due() and (diagnoses := self._diagnose()):
+            self._outlet.send(DIAGNOSTICS, diagnostics_message(self._clock.now_ns(), diagnoses))
 
 
 class MountPublisher:

@@ -60,6 +60,8 @@ BATTERY = Topic(    "/battery_state",                            BATTERY_TYPE,  
 TF = Topic(         "/tf",                                       TRANSFORMS,       30.0,  0.5, 64 * KIB, True)
 TF_STATIC = Topic(  "/tf_static",                                TRANSFORMS,       None, None, 64 * KIB, True,  True)
 MAP = Topic(        "/map",                                      GRID,             None, None, 64 * MIB, True,  True)
+# what `openbelief onboard` says of its sensors; Zenoh alone carries it: on ROS's own topic of that name others speak
+DIAGNOSTICS = Topic("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray",          1.0,  5.0, 64 * KIB, False)
 # fmt: on
 
 TOPICS = (COLOR, COLOR_JPEG, DEPTH, CAMERA_INFO, LIDAR, LIDAR_IMU, CAMERA_IMU, DEPTH_PNG, BATTERY, TF, TF_STATIC, MAP)

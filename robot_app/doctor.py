@@ -66,6 +66,8 @@ def examine_robot(config: Config, robot: Robot) -> Iterator[Line]:
     for port, sensor in (("camera", robot.camera), ("lidar", robot.lidar)):
         if counted := counter(sensor):
             ears.count(port, counted)
+    if "ros" in (config.ports.camera, config.ports.lidar):
+        ears.hear_diagnoses(robot.site.wires["ros"])
     wire = robot.site.wires[config.ports.navigator]
     watchdog = WatchdogView(wire.link, wire.keys)
     watchdog.start()

@@ -6,12 +6,14 @@ import itertools
 import statistics
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 
+from drivers.diagnosis import Diagnosis, diagnoses_of
 from drivers.ports import Clock
 from drivers.ros_convert import transforms_of
 from drivers.ros_messages import WireError, decode
-from drivers.topics import TF, TF_STATIC, Topic
+from drivers.topics import DIAGNOSTICS, TF, TF_STATIC, Topic
 from logs.tap import header_stamp
 from robot_app.app import Wire
 
@@ -50,6 +52,7 @@ class Ears:
         self.topics: dict[str, Heard] = {}
         self.edges: dict[tuple[str, str], int | None] = {}  # (parent, child) -> newest stamp, None where static
         self.seconds = 0.0
+        self.diagnoses: dict[str, tuple[Diagnosis, ...]] = {}  # sensor -> the newest
         self._counters: dict[str, Callable[[], int]] = {}
         self._counted: dict[str, int] = {}
         self._clock, self._lock = clock, threading.Lock()
@@ -63,6 +66,10 @@ class Ears:
     def count(self, port: str, counter: Callable[[], int]) -> None:
         """A sensor that is no topic: how many samples its driver has had so far."""
         self._counters[port] = counter
+
+    def hear_diagnoses(self, wire: Wire) -> None:
+        """What `openbelief onboard` says of its sensors, where one runs."""
+        wire.link.subscribe(wire.keys.topic(DIAGNOSTICS), self._keep_diagnoses)
 
     def listen(self, seconds: float) -> None:
         """Let that much of the robot's time pass."""
@@ -98,6 +105,15 @@ class Ears:
                 heard.lags_ns.append(now_ns - stamp_ns)
 
         return keep
+
+    def _keep_diagnoses(self, payload: bytes) -> None:
+        """Each message is of one sensor, the first word of its findings' names."""
+        found: tuple[Diagnosis, ...] = ()
+        if len(payload) <= DIAGNOSTICS.max_bytes:
+            with suppress(WireError):  # another's
+                found = diagnoses_of(decode(payload, DIAGNOSTICS.type_name))
+        if found:
+            self.diagnoses[found[0].name.split()[0]] = found
 
     def _keep_edges(self, payload: bytes, topic: Topic) -> None:
         for t in transforms_of(decode(payload, topic.type_name)):

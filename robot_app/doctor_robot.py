@@ -15,7 +15,7 @@ from robot_app.app import Robot
 from robot_app.config import Config
 from robot_app.doctor_ears import Heard
 from robot_app.doctor_line import Level, Line, Patient
-from robot_app.doctor_sensors import LOSS_WARN, SENSOR_AGE_S, check_real_camera, check_real_lidar, fresh
+from robot_app.doctor_sensors import LOSS_WARN, SENSOR_AGE_S, check_real_camera, check_real_lidar, fresh, lines_of
 from robot_app.recording import ON_THE_WIRE, wire_topics
 
 SKEW_WARN_S, SKEW_FAIL_S = 0.05, 0.25  # later stamps than 0.25 s ahead are refused by the drivers
@@ -66,6 +66,7 @@ def check_camera(patient: Patient) -> Iterator[Line]:
     yield from fresh("camera", patient.config.ports.camera, camera.latest)
     if isinstance(camera, RealSenseCamera):
         yield from check_real_camera(camera, patient.ears)
+    yield from lines_of(patient.ears.diagnoses.get("camera", ()))
     yield from _heard("camera", patient)
 
 
@@ -74,6 +75,7 @@ def check_lidar(patient: Patient) -> Iterator[Line]:
     yield from fresh("lidar", patient.config.ports.lidar, lidar.latest)
     if isinstance(lidar, LivoxLidar):
         yield from check_real_lidar(lidar, patient.ears)
+    yield from lines_of(patient.ears.diagnoses.get("lidar", ()))
     yield from _heard("lidar", patient)
 
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 
 from drivers.clock import SystemClock
-from drivers.livox.driver import LivoxHealth, LivoxLidar
-from drivers.livox.hms import HealthCode
+from drivers.diagnosis import Diagnosis, Severity
+from drivers.livox.diagnosis import diagnoses
+from drivers.livox.driver import LivoxLidar
 from drivers.ports import Clock, PortError
 from drivers.realsense import RealSenseCamera
 from drivers.realsense_frames import FPS
@@ -21,13 +22,7 @@ LISTEN_S = 3.0
 SENSOR_AGE_S = {"camera": 2.0, "lidar": 1.0}
 LOSS_WARN = 0.01
 SLOW = 0.8  # of the rate it should have
-SAMPLING = "sampling"
-AT_REST = {  # the lidar's other states -> what to do
-    "idle": "set it to sampling with the vendor's tool, or with [livox] take_control = true",
-    "error": "power-cycle the lidar; if it returns, have it serviced",
-    "upgrading": "wait for the end of its firmware's upgrade",
-}
-HEALTH_LEVELS = {"info": Level.OK, "warning": Level.WARN, "error": Level.FAIL, "fatal": Level.FAIL}
+LEVELS = {Severity.OK: Level.OK, Severity.WARN: Level.WARN, Severity.ERROR: Level.FAIL}
 
 
 def fresh(port: str, word: str, latest: Callable[[float], object]) -> Iterator[Line]:
@@ -67,29 +62,12 @@ def check_real_lidar(lidar: LivoxLidar, ears: Ears) -> Iterator[Line]:
     remedy = "" if level == Level.OK else "sudo sysctl -w net.core.rmem_max=8388608, and look for a busy network"
     yield Line("lidar loss", level, f"{100 * lost:.2f} % of {health.packets} packets lost", remedy)
     yield _rate("lidar", ears, LIDAR.rate_hz or 0.0, f"{health.late} packets late", "look at the cable and the switch")
-    yield from lidar_state(health)
+    yield from lines_of(diagnoses(health.state))
 
 
-def lidar_state(health: LivoxHealth) -> Iterator[Line]:
-    """What the lidar says of itself, once a second, in words."""
-    state = health.state
-    if state is None:
-        remedy = "let its push messages come to this host too: without them nobody hears of a dirty window or of heat"
-        yield Line("lidar state", Level.WARN, "it has said nothing of itself", remedy)
-        return
-    warm = "" if state.core_temperature_c is None else f", {state.core_temperature_c:.0f} degrees C inside"
-    said = f"{state.state or 'state unknown'}{warm}, {len(state.health) or 'no'} health codes"
-    ok = state.state == SAMPLING
-    level = Level.OK if ok else Level.FAIL if state.state == "error" else Level.WARN
-    remedy = "" if ok else AT_REST.get(state.state or "", "wait until it has started, then ask again")
-    yield Line("lidar state", level, said, remedy)
-    for code in state.health:
-        yield _health_line(code)
-
-
-def _health_line(code: HealthCode) -> Line:
-    level = HEALTH_LEVELS.get(code.level, Level.WARN)
-    return Line("lidar health", level, f"{code.level}: {code.words} (HMS {code.id:04X})", code.remedy)
+def lines_of(found: Sequence[Diagnosis]) -> Iterator[Line]:
+    for each in found:
+        yield Line(each.name, LEVELS[each.severity], each.said, each.remedy)
 
 
 def _rate(port: str, ears: Ears, nominal_hz: float, rest: str, remedy: str) -> Line:

@@ -2,15 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from drivers.bridge_keys import BridgeKeys
 from drivers.clock import SystemClock
+from drivers.diagnosis import Diagnosis, Severity
+from drivers.livox.diagnosis import diagnoses
 from drivers.ports import Clock, StaleData
-from drivers.ros_publish import CameraPublisher, CameraTopics, ImuPublisher, LidarPublisher, MountPublisher, Outlet
+from drivers.ros_publish import (
+    CameraPublisher,
+    CameraTopics,
+    DiagnosisPublisher,
+    ImuPublisher,
+    LidarPublisher,
+    MountPublisher,
+    Outlet,
+    Publisher,
+)
 from drivers.topics import CAMERA_IMU, CAMERA_INFO, LIDAR, LIDAR_IMU, color_topic, depth_topic
 from drivers.zenoh_link import ZenohLink
 from logs.port_tap import CAMERA_IMU_FRAME
@@ -22,7 +34,7 @@ if TYPE_CHECKING:
     from drivers.livox.driver import LivoxLidar
     from drivers.realsense import RealSenseCamera
 
-SILENT_S = 3.0  # without a cloud, the lidar is said to be silent
+FIRST_WORDS_S = 3.0  # until then a lidar need not have said anything, and so long without a cloud it is silent
 
 # (sensor, word in [onboard]) -> how it is opened
 SOURCES: dict[tuple[str, str], Callable[[Config, Clock, ExitStack], Any]] = {
@@ -57,11 +69,14 @@ def _camera(config: Config, outlet: Outlet, source: Callable[..., RealSenseCamer
 
     def open_camera(clock: SystemClock, opened: ExitStack) -> Opened:
         camera = source(config, clock, opened)
-        images = CameraPublisher(outlet, clock, camera, rate_hz=config.onboard.camera_rate_hz, topics=topics)
-        if not camera.info.has_imu:  # a D435 has none
-            return Opened([images], lambda: _trouble(camera))
-        imu = ImuPublisher(outlet, camera.take_imu, CAMERA_IMU_FRAME, topic=imu_topic)
-        return Opened([images, imu], lambda: _trouble(camera))
+        diagnose = partial(_camera_diagnoses, camera)
+        publishers: list[Publisher] = [
+            CameraPublisher(outlet, clock, camera, rate_hz=config.onboard.camera_rate_hz, topics=topics),
+            DiagnosisPublisher(outlet, clock, diagnose),
+        ]
+        if camera.info.has_imu:  # a D435 has none
+            publishers.append(ImuPublisher(outlet, camera.take_imu, CAMERA_IMU_FRAME, topic=imu_topic))
+        return Opened(publishers, diagnose)
 
     return open_camera
 
@@ -72,27 +87,33 @@ def _lidar(config: Config, outlet: Outlet, source: Callable[..., LivoxLidar]) ->
 
     def open_lidar(clock: SystemClock, opened: ExitStack) -> Opened:
         lidar = source(config, clock, opened)
-        clouds = LidarPublisher(outlet, clock, lidar, rate_hz=config.onboard.lidar_rate_hz, topic=topic)
-        imu = ImuPublisher(outlet, lidar.take_imu, config.livox.frame_id, topic=imu_topic)
-        opened_ns = clock.now_ns()
-        return Opened([clouds, imu], lambda: _words(lidar, silent=clock.now_ns() - opened_ns > SILENT_S * 1e9))
+        diagnose = partial(_lidar_diagnoses, lidar, clock, clock.now_ns())
+        publishers: list[Publisher] = [
+            LidarPublisher(outlet, clock, lidar, rate_hz=config.onboard.lidar_rate_hz, topic=topic),
+            ImuPublisher(outlet, lidar.take_imu, config.livox.frame_id, topic=imu_topic),
+            DiagnosisPublisher(outlet, clock, diagnose),
+        ]
+        return Opened(publishers, diagnose)
 
     return open_lidar
 
 
-def _trouble(camera: RealSenseCamera) -> Sequence[str]:
+def _camera_diagnoses(camera: RealSenseCamera) -> list[Diagnosis]:
     """Why its process was restarted, as long as it is not proven well."""
-    trouble = camera.health().trouble
-    return [f"It was restarted: {trouble}."] if trouble else []
+    health = camera.health()
+    if health.trouble:
+        return [Diagnosis("camera state", Severity.WARN, f"it was restarted: {health.trouble}")]
+    return [Diagnosis("camera state", Severity.OK, str(health.phase))]
 
 
-def _words(lidar: LivoxLidar, *, silent: bool) -> Sequence[str]:
-    """The lidar's own health codes, and whether it sends at all."""
-    state = lidar.health().state
-    words = [str(code) for code in state.health] if state else []
-    if silent:
-        try:
-            lidar.latest(SILENT_S)
-        except StaleData:
-            words.append("No cloud comes: does the lidar run, and send to this host?")
-    return words
+def _lidar_diagnoses(lidar: LivoxLidar, clock: Clock, opened_ns: int) -> list[Diagnosis]:
+    """The lidar's own words, and whether clouds come; nothing in its first seconds."""
+    if clock.now_ns() - opened_ns < FIRST_WORDS_S * 1e9:
+        return []
+    found = diagnoses(lidar.health().state)
+    try:
+        lidar.latest(FIRST_WORDS_S)
+    except StaleData:
+        remedy = "does it run, and does it send to this host?"
+        found.append(Diagnosis("lidar state", Severity.ERROR, "no cloud comes", remedy))
+    return found

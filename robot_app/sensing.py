@@ -8,12 +8,13 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from drivers.clock import SystemClock
+from drivers.diagnosis import Diagnosis, Severity
 from drivers.ports import PortError
 from drivers.ros_publish import Publisher
 from logs.structured import logger
 
 STEP_S = 0.005
-LOOK_S = 1.0  # how often it is asked what it complains of, and whether the system clock was set
+LOOK_S = 1.0  # how often it is asked what is wrong, and whether the system clock was set
 BACK_OFF_S = (1.0, 2.0, 5.0, 10.0, 30.0)  # between attempts, the last again and again: it may be plugged in any time
 PROVEN_S = 30.0  # of service forgets earlier failures
 CLOCK_SET_S = 0.5
@@ -25,10 +26,10 @@ class ClockWasSet(PortError):
 
 @dataclass(frozen=True)
 class Opened:
-    """A sensor at work. complaints: what it says is wrong with it just now, in whole sentences."""
+    """A sensor at work. diagnose: what is wrong with it just now, or that nothing is."""
 
     publishers: Sequence[Publisher]
-    complaints: Callable[[], Sequence[str]] = tuple
+    diagnose: Callable[[], Sequence[Diagnosis]] = tuple
 
 
 class OpenSensor(Protocol):
@@ -95,7 +96,7 @@ class Sensing:
     def _look(self, sensor: Opened, clock: SystemClock) -> None:
         if abs(by_s := clock.set_by_s()) > CLOCK_SET_S:
             raise ClockWasSet(f"The system clock was set by {by_s:+.1f} s: the {self._name} begins anew.")
-        complaints = frozenset(sensor.complaints())
+        complaints = frozenset(str(found) for found in sensor.diagnose() if found.severity is not Severity.OK)
         for sentence in sorted(complaints - self._complaints):
             logger().warning("sensor", sensor=self._name, says=sentence)
         self._complaints = complaints

@@ -7,7 +7,7 @@ import os
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,13 +15,13 @@ import pytest
 
 from behaviors.supervisor import SafetyPolicy
 from drivers.clock import SystemClock
+from drivers.diagnosis import Diagnosis, Severity, diagnostics_message
 from drivers.heartbeat import Heartbeat, WatchdogView
-from drivers.livox.driver import LivoxHealth
-from drivers.livox.intake import LidarState
 from drivers.ros_convert import battery_message
 from drivers.ros_messages import encode
+from drivers.ros_publish import Outlet
 from drivers.ros_topics import RosBattery
-from drivers.topics import BATTERY, CAMERA_INFO, COLOR, DEPTH, LIDAR, TF
+from drivers.topics import BATTERY, CAMERA_INFO, COLOR, DEPTH, DIAGNOSTICS, LIDAR, TF
 from drivers.watchdog_guard import WatchdogGuard
 from drivers.zenoh_link import ZenohLink
 from openbelief import ObjectMemory, Observation, Parameters
@@ -31,8 +31,8 @@ from robot_app.config import Config, Livox, Ports, Zenoh, load_config
 from robot_app.doctor import examine_robot
 from robot_app.doctor_ears import Ears, Heard
 from robot_app.doctor_line import Level, Line, Patient
-from robot_app.doctor_robot import check_battery, check_watchdog, stays_here
-from robot_app.doctor_sensors import check_real_camera, counter, examine_local, lidar_state
+from robot_app.doctor_robot import check_battery, check_lidar, check_watchdog, port_topics, stays_here
+from robot_app.doctor_sensors import check_real_camera, counter, examine_local
 from robot_app.doctor_site import check_certificates, check_disk, check_memory
 from robot_app.local_sensors import open_emulated_realsense
 from robot_app.site_folder import make_site
@@ -277,25 +277,29 @@ def test_a_lidar_that_is_not_there_is_found(tmp_path: Path) -> None:
     assert line.name == "lidar" and line.level == Level.FAIL and "203.0.113.9" in line.said and line.remedy
 
 
-def health(**said: object) -> LivoxHealth:
-    """A lidar's health, as it says it; `state=None`: it has said nothing."""
-    counts = dict.fromkeys((field.name for field in fields(LivoxHealth)), 0)
-    return LivoxHealth(**{**counts, "refused": {}, "state": LidarState(0, **said) if said else None})
+def test_what_onboard_says_of_its_lidar_reaches_the_doctor_at_the_workstation(
+    ros_patient: Patient, eventually: Eventually
+) -> None:
+    """And what others say on /diagnostics does not."""
+    wire, ears = ros_patient.robot.site.wires["sim"], ros_patient.ears
+    dirty = Diagnosis("lidar health", Severity.WARN, "warning: the window is dirty (HMS 0104)", "clean it")
+    ears.hear_diagnoses(wire)
+    with ZenohLink(wire.link.config) as robot:
+        outlet = Outlet(robot)
+        other = diagnostics_message(0, [Diagnosis("lidar motor", Severity.ERROR, "not ours")])
+        other.status[0].hardware_id = "somebody's lidar"
 
+        def heard() -> bool:
+            outlet.send(DIAGNOSTICS, other)
+            outlet.send(DIAGNOSTICS, diagnostics_message(0, [dirty]))
+            return bool(ears.diagnoses)
 
-@pytest.mark.parametrize(
-    ("said", "level", "words"),
-    [
-        ({}, Level.WARN, "said nothing"),
-        ({"state": "sampling"}, Level.OK, "no health codes"),
-        ({"state": "idle"}, Level.WARN, "idle"),
-        ({"state": "motor starting"}, Level.WARN, "motor starting"),
-        ({"state": "error"}, Level.FAIL, "error"),
-    ],
-)
-def test_the_state_of_a_lidar_is_judged(said: dict, level: Level, words: str) -> None:
-    [line] = lidar_state(health(**said))
-    assert line.level == level and words in line.said and bool(line.remedy) is (level != Level.OK)
+        eventually(heard)
+    ears.hear(wire, port_topics("lidar", ros_patient.config, ros_patient.robot))
+    ears.listen(1.0)
+    lines = {line.name: line for line in check_lidar(ros_patient)}
+    assert lines["lidar health"] == Line("lidar health", Level.WARN, dirty.said, "clean it")
+    assert "lidar motor" not in lines
 
 
 def test_a_camera_here_is_looked_at(eventually: Eventually) -> None:

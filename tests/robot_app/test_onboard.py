@@ -12,11 +12,12 @@ import pytest
 import structlog
 
 from drivers.clock import SystemClock
+from drivers.diagnosis import diagnoses_of
 from drivers.heartbeat import Heartbeat, WatchdogView
 from drivers.ports import LidarCloud, LinkLost, PortError
 from drivers.ros_clouds import cloud_of
 from drivers.ros_messages import decode
-from drivers.topics import CAMERA_IMU, LIDAR, LIDAR_IMU, TF_STATIC
+from drivers.topics import CAMERA_IMU, DIAGNOSTICS, LIDAR, LIDAR_IMU, TF_STATIC
 from drivers.watchdog import State
 from drivers.zenoh_link import LinkConfig, ZenohLink, open_router
 from robot_app import onboard_sensors
@@ -50,7 +51,7 @@ class Site:
         self.link = opened.enter_context(ZenohLink(LinkConfig((self.endpoint,))))
         self.heard: dict[str, list[bytes]] = {}
         self.failure: Exception | None = None
-        for topic in (LIDAR, LIDAR_IMU, CAMERA_IMU, TF_STATIC):
+        for topic in (LIDAR, LIDAR_IMU, CAMERA_IMU, TF_STATIC, DIAGNOSTICS):
             payloads = self.heard.setdefault(topic.name, [])
             self.link.subscribe(topic.name.strip("/"), payloads.append)
         self.view = WatchdogView(self.link)
@@ -186,11 +187,18 @@ def test_a_fault_of_a_sensors_own_is_logged_and_the_others_go_on(site, said, eve
     assert site.state is State.WAITING
 
 
-def test_the_emulated_sensors_are_published_with_both_imus_and_all_that_the_lidar_knows(site, eventually):
+def said_of(name: str, site: Site) -> str:
+    heard = [diagnoses_of(decode(payload, DIAGNOSTICS.type_name)) for payload in site.heard[DIAGNOSTICS.name]]
+    return next((found.said for diagnoses in heard for found in diagnoses if found.name == name), "")
+
+
+def test_the_emulated_sensors_are_published_with_both_imus_their_words_and_all_that_the_lidar_knows(site, eventually):
     site.start(Onboard(camera="sim", lidar="sim"))
     eventually(lambda: all(site.heard[topic.name] for topic in (LIDAR, LIDAR_IMU, CAMERA_IMU)))
     message = decode(site.heard[LIDAR.name][-1], LIDAR.type_name)
     assert len(cloud_of(message).points) > 5000 and message.fields[-1].name == "timestamp"
+    eventually(lambda: said_of("lidar state", site) and said_of("camera state", site))
+    assert "sampling" in said_of("lidar state", site)
     imus = (LIDAR_IMU, CAMERA_IMU)
     frames = {topic: decode(site.heard[topic.name][0], topic.type_name).header.frame_id for topic in imus}
     assert frames == {LIDAR_IMU: "livox_frame", CAMERA_IMU: "camera_imu_optical_frame"}

@@ -10,11 +10,13 @@ import pytest
 import structlog
 
 from drivers.clock import SystemClock
+from drivers.diagnosis import Diagnosis, Severity
 from drivers.ports import LinkLost, PortError
 from robot_app.sensing import BACK_OFF_S, Opened, Sensing
 
 S = 1_000_000_000
 HOUR = 3600.0
+FINE = Diagnosis("camera state", Severity.OK, "streaming")
 UNPLUGGED = "No RealSense is connected: check the cable."
 
 
@@ -29,7 +31,7 @@ class Stage:
     closings: list[float] = field(default_factory=list)
     steps: list[float] = field(default_factory=list)
     stamps: list[int] = field(default_factory=list)
-    says: list[str] = field(default_factory=list)
+    says: list[Diagnosis] = field(default_factory=list)
     fails_to_open: Callable[[float], Exception | None] = lambda _: None
     fails_at: Callable[[float], Exception | None] = lambda _: None
     happens: Callable[[float], None] = lambda _: None
@@ -51,7 +53,7 @@ class Stage:
         if error := self.fails_to_open(self.now_s):
             raise error
         opened.callback(lambda: self.closings.append(self.now_s))
-        return Opened([Step(self, clock)], lambda: self.says)
+        return Opened([Step(self, clock)], lambda: [FINE, *self.says])
 
     def run(self) -> None:
         Sensing("camera", self.open, self.wait, self.clock).run()
@@ -111,12 +113,17 @@ def test_a_fault_of_ours_is_logged_with_its_cause_and_ends_nothing(said):
 
 
 def test_what_the_sensor_says_is_logged_when_it_begins_to_say_it(said):
-    dirty, gone = "warning: the window is dirty", "error: the network link dropped"
+    dirty = Diagnosis("lidar health", Severity.WARN, "the window is dirty", "clean it")
+    gone = Diagnosis("lidar health", Severity.ERROR, "the network link dropped")
     stage = Stage(end_s=60.0)
     script = {10: [dirty], 20: [dirty, gone], 30: [], 40: [dirty]}
     stage.happens = lambda now_s: setattr(stage, "says", script.get(int(now_s), stage.says))
     stage.run()
-    assert [line["says"] for line in said if "says" in line] == [dirty, gone, dirty]
+    assert [line["says"] for line in said if "says" in line] == [
+        "the window is dirty; clean it.",
+        "the network link dropped.",
+        "the window is dirty; clean it.",
+    ]
 
 
 @pytest.mark.parametrize("by_s", [HOUR, -HOUR, 0.6, -0.6])
