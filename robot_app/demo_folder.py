@@ -69,6 +69,8 @@ class Files:
                     f"{path} is there, and no demo made {self.folder}: choose a new folder with --out, "
                     "for the demo would write over it."
                 )
+        if self.folder.exists() and not self.folder.is_dir():
+            raise Failure(f"{self.folder} is a file: choose a folder with --out.")
         self.folder.mkdir(parents=True, exist_ok=True)
         self.marker.write_text(SAYS, encoding="utf-8")
         for path in self.here():

@@ -1,4 +1,4 @@
-"""Rooms from a file: a JSON list of names and polygons, or a file that holds one as "rooms" (a truth file, a scene)."""
+"""Rooms from a file: a JSON list of names and polygons, or a file that holds one as "rooms" (a truth file)."""
 
 from __future__ import annotations
 

@@ -138,6 +138,7 @@ def test_a_folder_with_other_files_is_used_and_they_stay(tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
     assert claim(tmp_path) is None and (tmp_path / "notes.txt").read_text() == "mine"
     assert claim(tmp_path / "a" / "b") is None
+    assert "notes.txt is a file" in str(claim(tmp_path / "notes.txt"))
 
 
 @pytest.mark.parametrize(
