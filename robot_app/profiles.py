@@ -54,10 +54,11 @@ class Arrival(Section):
 
 
 class Profile(Section):
-    """segmenter, encoder: "KIND:PATH", a row of SEGMENTERS and of ENCODERS."""
+    """segmenter, encoder: "KIND:PATH", a row of SEGMENTERS and of ENCODERS. device: what their networks run on."""
 
     segmenter: str
     encoder: str
+    device: Literal["auto", "cuda", "tensorrt", "cpu"] = "auto"
     vlm: Vlm
     arrival: Arrival = Arrival()
 
@@ -92,8 +93,8 @@ def open_profile(
     profile, base = load_profile(name)
     try:
         proposer = _proposer(profile, clock, tell, arrival)
-        segmenter = _row(SEGMENTERS, profile.segmenter, base, "segmenter")
-        features, _ = _row(ENCODERS, profile.encoder, base, "encoder")
+        segmenter = _row(SEGMENTERS, profile.segmenter, base, "segmenter", profile.device)
+        features, _ = _row(ENCODERS, profile.encoder, base, "encoder", profile.device)
         proposer.check()
     except (PerceptionFailed, ModelFolderError, RecordedPerceptionError, ValueError) as error:
         raise Failure(str(error)) from error
@@ -107,7 +108,7 @@ def profile_text_encoder(name: str) -> TextEncoder:
 
     profile, base = load_profile(name)
     try:
-        _, text_encoder = _row(ENCODERS, profile.encoder, base, "encoder")
+        _, text_encoder = _row(ENCODERS, profile.encoder, base, "encoder", profile.device)
     except (ModelFolderError, RecordedPerceptionError) as error:
         raise Failure(str(error)) from error
     return text_encoder
@@ -140,12 +141,12 @@ def _key(variable: str | None) -> str | None:
     return key
 
 
-def _row(table: dict[str, Callable[[Path], Any]], spec: str, base: Path, what: str) -> Any:
+def _row(table: dict[str, Callable[[Path, str], Any]], spec: str, base: Path, what: str, device: str) -> Any:
     """What "KIND:PATH" names; raises Failure naming the kinds there are."""
     kind, _, path = spec.partition(":")
     if kind not in table or not path:
         raise Failure(f"The profile's {what} should be {' or '.join(f'{name}:PATH' for name in table)}, got {spec!r}.")
-    return table[kind](base / path)
+    return table[kind](base / path, device)
 
 
 @cache
@@ -155,37 +156,37 @@ def _recorded(path: Path) -> RecordedPerception:
     return RecordedPerception(path)
 
 
-def _recorded_segmenter(path: Path) -> Segmenter:
+def _recorded_segmenter(path: Path, _device: str) -> Segmenter:
     from openbelief.perception.recorded_parts import RecordedSegmenter
 
     return RecordedSegmenter(_recorded(path))
 
 
-def _recorded_encoder(path: Path) -> tuple[SegmentEncoder, TextEncoder]:
+def _recorded_encoder(path: Path, _device: str) -> tuple[SegmentEncoder, TextEncoder]:
     from openbelief.perception.recorded_parts import RecordedFeatures
     from openbelief.perception.sentence import SentenceEncoder
 
     return RecordedFeatures(_recorded(path)), SentenceEncoder()
 
 
-def _sam3(path: Path) -> Segmenter:
+def _sam3(path: Path, device: str) -> Segmenter:
     from openbelief.perception.sam3 import Sam3Segmenter
 
-    return Sam3Segmenter(path)
+    return Sam3Segmenter(path, device=device)
 
 
 @cache
-def _clip(path: Path) -> tuple[SegmentEncoder, TextEncoder]:
+def _clip(path: Path, device: str) -> tuple[SegmentEncoder, TextEncoder]:
     from openbelief.perception.clip import Clip
     from openbelief.perception.global_local import GlobalLocalFeatures
 
-    clip = Clip(path)
+    clip = Clip(path, device=device)
     return GlobalLocalFeatures(clip.images), clip.text
 
 
-SEGMENTERS: dict[str, Callable[[Path], Segmenter]] = {"sam3": _sam3, "recorded": _recorded_segmenter}
+SEGMENTERS: dict[str, Callable[[Path, str], Segmenter]] = {"sam3": _sam3, "recorded": _recorded_segmenter}
 # The second of the pair is the text encoder that a memory of these features is asked with.
-ENCODERS: dict[str, Callable[[Path], tuple[SegmentEncoder, TextEncoder]]] = {
+ENCODERS: dict[str, Callable[[Path, str], tuple[SegmentEncoder, TextEncoder]]] = {
     "clip": _clip,
     "recorded": _recorded_encoder,
 }

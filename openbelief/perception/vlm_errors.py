@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ssl
 from dataclasses import dataclass
+from email.utils import parsedate_to_datetime
 from typing import TYPE_CHECKING, Literal
 
 from openbelief.perception.patience import Transient
@@ -90,6 +91,13 @@ def _said(error: openai.APIStatusError) -> str:
 
 
 def _retry_after_s(error: openai.APIStatusError) -> float:
-    """Retry-After in seconds; a date is not understood, and our own back-off then holds."""
-    text = error.response.headers.get("retry-after", "")
-    return float(text) if text.isdigit() else 0.0
+    """Retry-After in seconds, or until a date by the server's own clock; 0 where neither can be read."""
+    headers = error.response.headers
+    text = headers.get("retry-after", "")
+    if text.isdigit():
+        return float(text)
+    try:
+        until, now = parsedate_to_datetime(text), parsedate_to_datetime(headers.get("date", ""))
+        return max((until - now).total_seconds(), 0.0)
+    except (TypeError, ValueError):  # no date, or one with and one without a time zone
+        return 0.0

@@ -121,13 +121,25 @@ def _show_models(models: dict[str, Model]) -> None:
 
     from robot_app.tables import cell, show
 
-    shown = Table("name", "role", "source", "repository", "licence", "files", "sha256")
+    shown = Table("name", "role", "source", "repository", "revision", "licence", "files", "size", "sha256")
     for name, model in models.items():
-        known = sum(facts.sha256 is not None for facts in model.files.values())
-        hashes = f"{known} of {len(model.files)} known" if model.files else "-"
-        texts = (name, model.role, model.source, model.repository, model.licence, str(len(model.files)), hashes)
-        shown.add_row(*(cell(text) for text in texts))
+        revision = model.revision if model.source == "hub" else "-"
+        texts = (name, model.role, model.source, model.repository, revision, model.licence, str(len(model.files)))
+        shown.add_row(*(cell(text) for text in (*texts, _size(model), _hashes(model))))
     show(shown)
+
+
+def _size(model: Model) -> str:
+    """Of all its files, where every one of them is known."""
+    sizes = [facts.bytes for facts in model.files.values() if facts.bytes is not None]
+    if not model.files:
+        return "-"
+    return f"{sum(sizes) / 2**20:.1f} MiB" if len(sizes) == len(model.files) else "unknown"
+
+
+def _hashes(model: Model) -> str:
+    known = sum(facts.sha256 is not None for facts in model.files.values())
+    return f"{known} of {len(model.files)} known" if model.files else "-"
 
 
 def _show_checked(checked: Sequence[Checked]) -> None:

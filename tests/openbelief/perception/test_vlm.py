@@ -8,13 +8,16 @@ from collections.abc import Callable
 from typing import Any
 
 import cv2
+import httpx2
 import numpy as np
+import openai
 import pytest
 
 from openbelief.observation import Intrinsics, RgbdFrame
-from openbelief.perception.patience import Stopped
+from openbelief.perception.patience import Stopped, Transient
 from openbelief.perception.ports import FrameUnseen, PhraseProposer
 from openbelief.perception.vlm import VlmConfig, VlmError, VlmProposer
+from openbelief.perception.vlm_errors import translated
 from openbelief.perception.vlm_picture import PictureFormat, encoded
 
 MODEL = "stand-in-vl"
@@ -124,6 +127,23 @@ def test_what_passes_is_waited_for(behave, sleeps, start_vlm, proposer, clock):
     assert proposer(server.endpoint).propose(frame()) == ["chair"]
     assert clock.sleeps == sleeps
     assert len(server.asked) == behave.count("|") + 1
+
+
+@pytest.mark.parametrize(
+    ("retry_after", "seconds"),
+    [
+        ("7", 7.0),
+        ("Wed, 25 Nov 2026 15:00:30 GMT", 30.0),  # by the server's own clock, which is its Date
+        ("Wed, 25 Nov 2026 14:00:00 GMT", 0.0),
+        ("soon", 0.0),
+    ],
+)
+def test_how_long_a_server_asks_to_be_left_alone_is_seconds_or_a_date(retry_after, seconds):
+    headers = {"Retry-After": retry_after, "Date": "Wed, 25 Nov 2026 15:00:00 GMT"}
+    response = httpx2.Response(429, headers=headers, request=httpx2.Request("POST", "http://lab/v1"))
+    error = openai.RateLimitError("slow down", response=response, body=None)
+    trouble = translated(error, "http://lab/v1", "m", 1.0)
+    assert isinstance(trouble, Transient) and trouble.after_s == seconds
 
 
 def test_an_answer_that_is_too_late_is_asked_for_again(start_vlm, proposer, clock):
