@@ -131,4 +131,6 @@ def _origins(error: BaseException | None) -> Iterator[BaseException]:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    from robot_app import cli  # verbs raise that module's Failure, which is not __main__'s
+
+    sys.exit(cli.main())

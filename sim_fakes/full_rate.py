@@ -12,11 +12,12 @@ import struct
 import sys
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from drivers.ports import LidarCloud
+from drivers.livox.assembler import LivoxCloud
+from drivers.livox.wire import TimeType
 from drivers.ros_clouds import cloud_message
 from drivers.ros_convert import (
     camera_info_message,
@@ -63,20 +64,35 @@ class Sender:
         return bytes(payload)
 
 
-def views(world: World) -> Iterator[tuple[Array, Array, LidarCloud]]:
+def views(world: World) -> Iterator[tuple[Array, Array, LivoxCloud]]:
     """Colour, depth and a cloud, along the scene's walk."""
     eyes = RenderedEyes(Renderer(world), COLOR_INTRINSICS, seed=1)
     for pose in world.walk[:VIEWS]:
         T = pose.matrix()
         cloud = eyes.cloud(T @ T_BASE_LIDAR, 0)
         color, depth_m = eyes.image(T @ T_BASE_CAMERA, 0)
-        yield color, depth_m, replace(cloud, points=full(cloud.points), frame_id=LIDAR_FRAME)
+        yield color, depth_m, full(cloud.points)
 
 
-def full(points: Array) -> Array:
-    """As many points as a tenth of a second at full rate has, no two the same: repeats would be packed too well."""
-    many = np.resize(points, (POINTS_PER_S // RATES_HZ[LIDAR], 3))
-    return (many + np.random.default_rng(1).normal(0.0, 0.01, many.shape)).astype(np.float32)
+def full(points: Array) -> LivoxCloud:
+    """A tenth of a second at full rate with all that a MID-360 tells of a point, no two the same: repeats would be
+    packed too well."""
+    rng, count = np.random.default_rng(1), POINTS_PER_S // RATES_HZ[LIDAR]
+    many = np.resize(points, (count, 3)) + rng.normal(0.0, 0.01, (count, 3))
+    return LivoxCloud(
+        0,
+        many.astype(np.float32),
+        LIDAR_FRAME,
+        reflectivity=rng.integers(0, 256, count, dtype=np.uint8),
+        offset_ns=np.sort(rng.integers(0, 10**9 // RATES_HZ[LIDAR], count)),
+        tag=np.zeros(count, np.uint8),
+        device_stamp_ns=0,
+        time_type=TimeType.UPTIME,
+        sequence=0,
+        packets=count // 96,
+        no_returns=0,
+        doubtful=0,
+    )
 
 
 def senders(world: World) -> list[Sender]:

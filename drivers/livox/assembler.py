@@ -22,9 +22,8 @@ class LivoxCloud(LidarCloud):
     """One tenth of a second. Arrays: (n,), row i belongs to points[i].
 
     `stamp_ns` is the first packet's time in this machine's clock, `offset_ns` each point's time after it, `tag` the
-    lidar's doubts about it, of which only the upper four bits can be set. The lidar's
-    own stamp and whose clock gave it are kept beside. `sequence` counts assembled clouds: a step of two is a cloud
-    that was not taken in time.
+    lidar's doubts about it, of which only the upper four bits can be set. The lidar's own stamp and whose clock gave
+    it are kept beside. `sequence` counts assembled clouds: a step of two is a cloud that was not taken in time.
     """
 
     offset_ns: Array
