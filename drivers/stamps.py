@@ -6,9 +6,7 @@ from drivers.ports import StaleData
 
 AHEAD_S = 0.25  # a stamp further in the future means that the clocks differ
 ANY_AGE_S = 1e8  # three years: who allows so much asks for whatever there is, and judges by what changes
-SET_BACK_NS = (
-    1_000_000_000  # messages overtake each other by less; a stamp older by more is of a clock that was set back
-)
+SET_BACK_NS = 1_000_000_000  # messages overtake each other by less; older by more: that clock was set back
 
 
 def set_back(stamp_ns: int, newest_ns: int) -> bool:

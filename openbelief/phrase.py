@@ -9,20 +9,9 @@ MAX_WORDS = 8
 
 # Things a robot is not sent to. The last word decides, so "floor lamp" and "door mat" stay objects.
 BACKGROUND = (
-    *(
-        "wall",
-        "walls",
-        "floor",
-        "floors",
-        "flooring",
-        "ground",
-        "ceiling",
-        "ceilings",
-        "window",
-        "windows",
-        "window frame",
-    ),
-    *("door frame", "doorframe", "doorway", "doorways", "baseboard", "skirting board", "background"),
+    *("wall", "walls", "floor", "floors", "flooring", "ground", "ceiling", "ceilings"),
+    *("window", "windows", "window frame", "door frame", "doorframe", "doorway", "doorways"),
+    *("baseboard", "skirting board", "background"),
 )
 
 

@@ -98,7 +98,8 @@ def make_memory(
 def ask_and_replay(config: Config, files: Files, query: str, tell: Callable[[str], None]) -> Demo:
     """One mission over the memory of `config`, its replay, and its pictures."""
     tell(f"The operator asks: {query!r}.")
-    asked = config.model_copy(update={"mission": MissionPolicy(motion="ask")})  # as on a robot; the narrator says yes
+    asking = MissionPolicy(motion="ask", unseen="set aside")  # as on a robot; the narrator says yes
+    asked = config.model_copy(update={"mission": asking})
     with open_missions(asked, Narrator(tell)) as missions:
         recorded = missions.ask(query, files.trial)
     outcome = recorded.outcome
