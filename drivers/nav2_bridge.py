@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from drivers import ros_action as action
@@ -30,6 +32,7 @@ from drivers.zenoh_link import ZenohLink
 from openbelief.pose import Pose2
 
 CANCEL_PAUSE_S = 0.05
+STOP_POLL_S = 0.02
 STILL_MOVING = "The robot may still be moving: use the remote."
 
 
@@ -51,7 +54,8 @@ class Nav2Bridge:
     """The Navigator port over Zenoh.
 
     new_uuid gives each goal its 16 bytes. poses and grid are the ports whose freshness is part of "Nav2 is up".
-    distribution: a ROS distribution's name, or "auto" for the one whose shapes decode.
+    distribution: a ROS distribution's name, or "auto" for the one whose shapes decode. stop: why the operator wants the
+    robot to stop, None where nobody does; asked while `send` waits for Nav2, which may already drive.
     """
 
     def __init__(
@@ -65,8 +69,9 @@ class Nav2Bridge:
         keys: Keys | None = None,
         distribution: str = AUTO,
         limits: Nav2Limits | None = None,
+        stop: Callable[[], str | None] = lambda: None,
     ) -> None:
-        self._link, self._clock, self._new_uuid = link, clock, new_uuid
+        self._link, self._clock, self._new_uuid, self._stop = link, clock, new_uuid, stop
         self._limits = limits or Nav2Limits()
         keys, shapes = keys or BridgeKeys(), shapes_of(distribution)
         self._shapes = shapes
@@ -112,9 +117,11 @@ class Nav2Bridge:
         self._link.check()
         now_ns = self._clock.now_ns()
         self._goal = track = Goal(self._new_uuid(), now_ns, now_ns, frozenset(self._statuses))
-        end = self._send(track, pose_message(goal))
-        if track.end is not None and end is None:  # another thread cancelled before the server had heard of the goal
-            end = self._cancel(track, "it was cancelled while it was being sent")
+        with self._heeding_stop():
+            end = self._send(track, pose_message(goal))
+        if track.end is not None and end is None:  # cancelled meanwhile, perhaps before the server knew of it
+            again = self._cancel(track, "it was cancelled while it was being sent")
+            end = track.end if track.end.status == again.status else again  # the first knows why
         track.end = end
         if end is None:
             self._ask_result(track)
@@ -150,10 +157,31 @@ class Nav2Bridge:
         first = self._navigate.send_goal(track.uuid, self._limits.send_s, pose=pose)
         if first.message is not None:
             return None if first.message.accepted else REJECTED
+        if track.end is not None:  # cancelled: sent again it might begin
+            return None
         second = self._navigate.send_goal(track.uuid, self._limits.send_s, pose=pose)
         if second.message is None:
             return self._lose(track, f"Nav2 did not say whether it took the goal: {second.why}.")
         return None if second.message.accepted else self._known(track)
+
+    @contextmanager
+    def _heeding_stop(self) -> Iterator[None]:
+        """A STOP cancels at once, though the mission's thread waits for Nav2's answer."""
+        answered = threading.Event()
+
+        def watch() -> None:
+            while not answered.wait(STOP_POLL_S):
+                if because := self._stop():
+                    self.cancel(because=because)
+                    return
+
+        watching = threading.Thread(target=watch, name="stop", daemon=True)
+        watching.start()
+        try:
+            yield
+        finally:
+            answered.set()
+            watching.join()
 
     def _known(self, track: Goal) -> NavigationResult | None:
         """ "Not accepted" to a repeated uuid means "already running" or "rejected": the server's goals decide."""

@@ -48,6 +48,7 @@ class Site:
     new_uuid: Callable[[], bytes]
     config: Config
     opened: ExitStack  # what a body opens closes with the robot
+    stop: Callable[[], str | None]  # why the operator wants the robot to stop
 
 
 @dataclass(frozen=True)
@@ -69,14 +70,18 @@ class Robot:
         return Ports(self.clock, self.camera, self.poses, self.map, self.navigator, operator, perception, lidar, safety)
 
 
+def nobody_stops() -> str | None:
+    return None
+
+
 @contextmanager
-def open_robot(config: Config) -> Iterator[Robot]:
-    """Open the bodies that robot.toml names; everything closes at the end.
+def open_robot(config: Config, stop: Callable[[], str | None] = nobody_stops) -> Iterator[Robot]:
+    """Open the bodies that robot.toml names; everything closes at the end. stop: the operator's, where there is one.
 
     Raises PortError, SceneError or LogError with a sentence that names the cause.
     """
     with ExitStack() as opened:
-        site = _site(config, opened)
+        site = _site(config, opened, stop)
         body = {name: BODIES[name, word] for name, word in config.ports.model_dump().items()}
         poses, grid = body["pose"](site), body["map"](site)
         robot = Robot(
@@ -114,7 +119,7 @@ def _perception_spec(config: Config) -> str:
     return f"scripted:{config.sim.scene}" if profile == "scripted" else profile
 
 
-def _site(config: Config, opened: ExitStack) -> Site:
+def _site(config: Config, opened: ExitStack, stop: Callable[[], str | None]) -> Site:
     """The clock is the simulation's where a body is simulated (begun at the recording's start), else the wall's."""
     sim, wires, simulated, recording = config.sim, {}, None, None
     if config.ports.uses("replay") and config.replay.recording is not None:
@@ -135,6 +140,7 @@ def _site(config: Config, opened: ExitStack) -> Site:
         new_uuid=_seeded_uuids(sim.seed) if simulated else lambda: uuid.uuid4().bytes,
         config=config,
         opened=opened,
+        stop=stop,
     )
 
 
@@ -192,7 +198,14 @@ def _map(site: Site, word: str) -> Map:
 def _navigator(site: Site, word: str, poses: PoseSource, grid: Map) -> Navigator:
     wire = _wire(site, word)
     bridge = Nav2Bridge(
-        wire.link, site.clock, poses, grid, new_uuid=site.new_uuid, keys=wire.keys, distribution=wire.distribution
+        wire.link,
+        site.clock,
+        poses,
+        grid,
+        new_uuid=site.new_uuid,
+        keys=wire.keys,
+        distribution=wire.distribution,
+        stop=site.stop,
     )
     bridge.start()
     return bridge

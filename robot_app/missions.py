@@ -82,7 +82,7 @@ def open_missions(config: Config, operator: Operator) -> Iterator[Missions]:
         raise ConfigError('no memory is named: say memory = "site.belief" (openbelief map makes one)')
     memory = ObjectMemory.open(config.memory, text_encoder=mission_text_encoder(config))
     with (
-        open_robot(config) as robot,
+        open_robot(config, operator.stop_requested) as robot,
         _log_file(config.trials / "log.jsonl", robot.clock),
         watched(config, robot, memory) as watch,
     ):

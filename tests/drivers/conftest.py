@@ -90,6 +90,7 @@ def make_rig() -> Iterator[Callable[..., Rig]]:
             limits: Nav2Limits = LIMITS,
             through: Callable[[str], str] = lambda endpoint: endpoint,
             seed: int = 7,
+            stop: Callable[[], str | None] = lambda: None,
             **site_options: Any,
         ) -> Rig:
             clock, room = SimClock(START_NS), Room()
@@ -118,6 +119,7 @@ def make_rig() -> Iterator[Callable[..., Rig]]:
                 keys=keys,
                 distribution=expected,
                 limits=limits,
+                stop=stop,
             )
             for port in (*ports, grid, nav):
                 port.start()

@@ -380,6 +380,18 @@ def test_a_slow_nav2_is_waited_for(rig):
     assert rig.until_end().status == NavigationStatus.SUCCEEDED
 
 
+def test_a_stop_is_heeded_while_nav2s_answer_to_the_goal_is_awaited(make_rig):
+    said = []
+    rig = make_rig(stop=lambda: said[0] if said else None)
+    rig.start()
+    rig.site.nav2_faults.lost["send_goal"] = 1  # it drives, and its answer is lost
+    said.append("the operator said stop")
+    end = rig.nav.send(GOAL)
+    assert end.status == NavigationStatus.CANCELED and "the operator said stop" in end.reason
+    assert rig.site.nav2.asked["send_goal"] == 1  # sent again it might have begun anew
+    assert not rig.robot.moving and rig.nav.result() == end
+
+
 def test_a_stop_from_another_thread_while_a_goal_is_being_sent_stops_it(rig, eventually):
     rig.site.nav2_faults.slow_s = 0.2
     sent = []
