@@ -276,9 +276,12 @@ def test_a_stop_ends_the_recording_in_good_order(config: Path, tmp_path: Path) -
 
 
 def largest(folder: Path) -> int:
-    """The size of the largest file, whatever it is called by now: a recording's file is renamed when it is whole."""
+    """The size of a recording's largest file, whatever it is called by now: each is renamed when it is whole.
+
+    Not of its event log, whose room is reserved before anything is recorded.
+    """
     sizes = [0]
-    for file in folder.iterdir():
+    for file in folder.glob("*.mcap*"):
         with suppress(FileNotFoundError):
             sizes.append(file.stat().st_size)
     return max(sizes)
