@@ -7,6 +7,7 @@ otherwise; type stop (or press Ctrl-C) at any time. Exit status 0: CONFIRMED. 1:
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 
 from robot_app.cli import Failure, print_json
@@ -58,6 +59,7 @@ def run(options: argparse.Namespace) -> int:
             }
         )
     else:
-        print(neutralise(f"{outcome.end}: {outcome.reason}"))
+        if not (sys.stdout.isatty() and sys.stderr.isatty()):  # a person at a terminal has just been told
+            print(neutralise(f"{outcome.end}: {outcome.reason}"))
         print(neutralise(f"trial: {recorded.failure or recorded.trial}"))
     return 0 if outcome.end == "CONFIRMED" else 1

@@ -58,7 +58,6 @@ def _missions(missions: Missions, operator: TerminalOperator, *, as_json: bool) 
             continue
         told_to_end = any(number != signal.SIGINT for number in heard)
         outcome = recorded.outcome
-        operator.tell(f"{outcome.end}: {outcome.reason}")
         operator.tell(f"trial: {recorded.failure or recorded.trial}")
         if as_json:
             print_json(
