@@ -37,6 +37,10 @@ class Wire:
     distribution: str = "auto"
 
 
+def nobody_stops() -> str | None:
+    return None
+
+
 @dataclass(frozen=True)
 class Site:
     """What bodies are made of: the clock that all share, a wire for each kind of robot, a recording."""
@@ -48,7 +52,7 @@ class Site:
     new_uuid: Callable[[], bytes]
     config: Config
     opened: ExitStack  # what a body opens closes with the robot
-    stop: Callable[[], str | None]  # why the operator wants the robot to stop
+    stop: Callable[[], str | None] = nobody_stops  # why the operator wants the robot to stop
 
 
 @dataclass(frozen=True)
@@ -68,10 +72,6 @@ class Robot:
         """What a mission needs."""
         lidar = self.lidar if self.site.config.safety.lidar == "used" else None
         return Ports(self.clock, self.camera, self.poses, self.map, self.navigator, operator, perception, lidar, safety)
-
-
-def nobody_stops() -> str | None:
-    return None
 
 
 @contextmanager
