@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import json
+import runpy
 from pathlib import Path
 
 import pytest
 
+from openbelief.perception.sentence import SentenceEncoder
+from openbelief.verification import TAU_Q
 from robot_app.cli import main
 
 RECORDINGS = Path(__file__).resolve().parents[2].parent / "shared" / "recordings"
+SCRIPT = Path(__file__).resolve().parents[2] / "scripts" / "calibrate_tau_q.py"
 pytestmark = pytest.mark.recordings
 
 # queries, and R@1, R@3, SR@1m of shared/reference/evaluation.md
@@ -36,3 +40,12 @@ def test_a_plain_reading_of_the_paper_is_reached(name, tmp_path, capsys):
         got = (result["r_at_1"], result["r_at_3"], result["sr_at_1m"])
         assert all(g >= e - slack for g, e in zip(got, expected, strict=True)), (readout, got, expected)
         assert result["nodes"]["purity"] is None or result["nodes"]["purity"] > 0.99
+    if name == "apartment":
+        assert_calibrated(memory, truth, capsys)
+
+
+def assert_calibrated(memory: str, truth: str, capsys) -> None:
+    """tau_q is the threshold with the least error that the script finds."""
+    runpy.run_path(str(SCRIPT))["main"]([memory, truth])
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()[1:]]
+    assert len(rows) > 3 and float(min(rows, key=lambda row: float(row[-1]))[0]) == TAU_Q[SentenceEncoder().id]
