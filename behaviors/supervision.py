@@ -9,12 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from behaviors.supervisor import Facts, SafetyPolicy, Sample, Supervisor
-from drivers.ports import Battery, Camera, Clock, Lidar, Map, PortError, PoseSource, Verdict
+from drivers.ports import ANY_AGE_S, Battery, Camera, Clock, Lidar, Map, PortError, PoseSource, Verdict
 from openbelief.arrays import Array
 from openbelief.memory import ObjectMemory
 from openbelief.pose import Pose2
 
-ANY_AGE_S = 1e9  # the supervisor tells age by what changes, so it asks for whatever there is
 BATTERY_MAX_AGE_S = 30.0
 THINNED = 16  # every so many rows of an image or points of a cloud tell whether it is the same again
 

@@ -15,6 +15,8 @@ from openbelief.perception.ports import Perception
 from openbelief.pose import Pose2
 from openbelief.traversability import OccupancyGrid
 
+ANY_AGE_S = 1e8  # three years: a max_age_s that asks for whatever there is, by who judges by what changes
+
 
 class PortError(RuntimeError):
     """A port cannot answer; the message is a sentence for the operator."""

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from drivers.ports import Clock, LinkLost, PortError, StaleData
+from drivers.ports import ANY_AGE_S, Clock, LinkLost, PortError, StaleData
 from drivers.realsense_depth import ColorDepth
 from drivers.realsense_frames import (
     Beat,
@@ -34,7 +34,7 @@ from drivers.realsense_keeper import Keeper
 from drivers.realsense_process import OpenDevice, Slots, attached, camera_process
 from drivers.realsense_time import DeviceTime, WallTime
 from drivers.realsense_watchdog import Phase, Watchdog, WatchdogLimits
-from drivers.stamps import AHEAD_S, ANY_AGE_S
+from drivers.stamps import AHEAD_S
 
 KEPT_FRAMES = 30  # one second
 KEPT_IMU = 2500  # ten seconds at 250 Hz

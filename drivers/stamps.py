@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from drivers.ports import StaleData
+from drivers.ports import ANY_AGE_S, StaleData
 
 AHEAD_S = 0.25  # a stamp further in the future means that the clocks differ
-ANY_AGE_S = 1e8  # three years: who allows so much asks for whatever there is, and judges by what changes
 SET_BACK_NS = 1_000_000_000  # messages overtake each other by less; older by more: that clock was set back
 
 

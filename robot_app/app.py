@@ -12,16 +12,14 @@ import numpy as np
 
 from drivers.bridge_keys import BridgeKeys
 from drivers.clock import SystemClock
-from drivers.livox.driver import LivoxLidar, LivoxSettings
 from drivers.nav2_bridge import Nav2Bridge
 from drivers.ports import Battery, Camera, Clock, Lidar, Map, Navigator, Operator, PortError, Ports, PoseSource, Safety
-from drivers.realsense import RealSenseCamera
-from drivers.realsense_frames import RealSenseSettings
 from drivers.ros_topics import RosBattery, RosCamera, RosLidar, RosMap, RosPoseSource
 from drivers.topics import BATTERY, CAMERA_INFO, LIDAR, MAP, color_topic, depth_topic
 from drivers.zenoh_link import LinkConfig, ZenohLink
 from openbelief.perception.ports import Perception, TextEncoder
 from robot_app.config import Config, Topics
+from robot_app.local_sensors import open_livox, open_realsense
 from robot_app.perceptions import open_perception, text_encoder_of
 from robot_app.simulation import START_NS, Simulation, simulation
 from sim_fakes.recording_ports import RecordingPorts
@@ -211,23 +209,17 @@ def _navigator(site: Site, word: str, poses: PoseSource, grid: Map) -> Navigator
     return bridge
 
 
-def _real_camera(site: Site) -> Camera:
-    """Raises PortError where there is no usable RealSense, or no real clock to time it by."""
-    if site.simulation is not None:
-        raise PortError(
-            'A real camera cannot keep a simulated robot\'s time: set every port that says "sim" to another.'
-        )
-    settings = RealSenseSettings(**site.config.realsense.model_dump())
-    return site.opened.enter_context(RealSenseCamera(settings, site.clock))
+def _real(port: str, open_sensor: Callable[[Config, Clock, ExitStack], Any]) -> Callable[[Site], Any]:
+    """The body raises PortError where there is no usable sensor, or no real clock to time it by."""
 
+    def body(site: Site) -> Any:
+        if site.simulation is not None:
+            raise PortError(
+                f'A real {port} cannot keep a simulated robot\'s time: set every port that says "sim" to another.'
+            )
+        return open_sensor(site.config, site.clock, site.opened)
 
-def _real_lidar(site: Site) -> Lidar:
-    """Raises PortError where the lidar's ports are taken, or there is no real clock to time it by."""
-    if site.simulation is not None:
-        raise PortError(
-            'A real lidar cannot keep a simulated robot\'s time: set every port that says "sim" to another.'
-        )
-    return site.opened.enter_context(LivoxLidar(LivoxSettings(**site.config.livox.model_dump()), site.clock))
+    return body
 
 
 def _replayed(name: str) -> Callable[[Site], Any]:
@@ -245,8 +237,8 @@ def _on(word: str, body: Callable[..., Any]) -> Callable[..., Any]:
 
 # (port, word in robot.toml) -> the body. A simulated robot is the ROS driver in front of the simulated wire.
 BODIES: dict[tuple[str, str], Callable[..., Any]] = {
-    ("camera", "real"): _real_camera,
-    ("lidar", "real"): _real_lidar,
+    ("camera", "real"): _real("camera", open_realsense),
+    ("lidar", "real"): _real("lidar", open_livox),
     ("battery", "none"): lambda _: None,
     ("battery", "ros"): _on("ros", _battery),
     **{(port, "replay"): _replayed(port) for port in ("camera", "lidar", "pose", "map")},

@@ -15,11 +15,10 @@ import numpy as np
 import pytest
 
 from drivers.clock import SystemClock
-from drivers.ports import Camera, Clock, LinkLost, PortError, StaleData
+from drivers.ports import ANY_AGE_S, Camera, Clock, LinkLost, PortError, StaleData
 from drivers.realsense import RealSenseCamera
 from drivers.realsense_frames import RealSenseSettings, TimestampDomain
 from drivers.realsense_watchdog import WatchdogLimits
-from drivers.stamps import ANY_AGE_S
 from sim_fakes.realsense_scene import BoxScene
 from sim_fakes.realsense_software import Fault, TwinSpec, TwinState, box_images, open_twin
 
