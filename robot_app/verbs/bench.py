@@ -11,6 +11,7 @@ import importlib
 
 BENCHES = {
     "livox": "the MID-360 receiver at 200 000 points/s: share of a core, packets lost",
+    "realsense": "the RealSense driver at 30 Hz: share of a core, age, images lost",
     "watchdog": "the workstation killed, stopped, cut off: seconds until the cancel reaches Nav2",
     "record": "recording RGB-D, lidar and IMU at full rate: messages lost, share of the cores, disk",
     "perception": "SAM 3 and CLIP: frames/s and memory of every stage, for each image size",
