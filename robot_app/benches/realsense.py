@@ -96,5 +96,6 @@ def _line(row: dict[str, Any]) -> str:
     age = "no image came" if row["newest_age_s"] is None else f"newest {row['newest_age_s']:.3f} s old (median)"
     return (
         f"{width}x{height}: {row['images_per_s']:.1f} images/s, {age}; "
-        f"camera process {row['camera_cpu_share']:.0%} of a core, ours {row['our_cpu_share']:.1%}; lost: {row['lost']} by the camera, {row['no_slot']} without a slot"
+        f"camera process {row['camera_cpu_share']:.0%} of a core, ours {row['our_cpu_share']:.1%}; "
+        f"lost: {row['lost']} by the camera, {row['no_slot']} without a slot"
     )
