@@ -43,7 +43,7 @@ $(PEER): requirements/ros-peer.txt
 	@touch $@
 
 # Exporting networks and comparing them with their reference implementations: torch, in a .venv of its own (6 GB).
-# Where it is, `make test` also asks a real model server (tests/robot_app/test_model_server.py).
+# Where it is, `make test` also asks a real model server (tests/robot_app/models/test_server.py).
 EXPORT := .venv-export/.ready
 export-venv: $(EXPORT)
 

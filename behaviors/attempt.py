@@ -6,11 +6,11 @@ from collections import deque
 from dataclasses import dataclass
 
 from behaviors.events import NO_PATH
+from behaviors.path_prefix import Way
 from behaviors.reobserve import ReObservation
 from behaviors.to_records import goal_record
-from behaviors.way import Way
 from drivers.ports import Ports
-from logs.journal import Journal
+from logs.trial.journal import Journal
 from openbelief.goal_pose import GoalPose
 from openbelief.memory import Candidate, ObjectNode
 

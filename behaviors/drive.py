@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from behaviors.events import NAVIGATION_EVENTS, NO_PATH, REPLIES, USE_THE_REMOTE, Event, Step
+from behaviors.path_prefix import Way, way_is_blocked
 from behaviors.policy import MissionPolicy
 from behaviors.supervisor import GOAL_ZONE
-from behaviors.way import Way, way_is_blocked
 from drivers.ports import NavigationResult, NavigationStatus, Ports, Reaction, Verdict
 from openbelief.pose import Pose2
 

@@ -36,9 +36,9 @@ from behaviors.events import (
     Step,
 )
 from behaviors.machine import MissionMachine
+from behaviors.path_prefix import Way, is_crowded
 from behaviors.policy import MissionPolicy
 from behaviors.query import Query
-from behaviors.recorded_ports import recorded
 from behaviors.to_records import (
     checks_record,
     chosen_record,
@@ -47,10 +47,10 @@ from behaviors.to_records import (
     no_goal_record,
     ranking_record,
 )
-from behaviors.way import Way, is_crowded
 from drivers.ports import PortError, Ports
-from logs import trial_records as records
-from logs.journal import Journal
+from logs.trial import records
+from logs.trial.journal import Journal
+from logs.trial.recording_ports import recorded
 from openbelief.arrays import Array
 from openbelief.evidence import canonical_order, content_hash
 from openbelief.goal_pose import GoalSearch, goal_poses

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from behaviors.events import Outcome
 from behaviors.reobserve import Look
 from drivers.ports import PathPlan
-from logs import trial_records as records
+from logs.trial import records
 from openbelief.goal_pose import GoalPose
 from openbelief.memory import Candidate, ObjectMemory
 from openbelief.verification import ArrivalChecks

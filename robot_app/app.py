@@ -10,19 +10,19 @@ from typing import Any
 
 import numpy as np
 
-from drivers.bridge_keys import BridgeKeys
 from drivers.clock import SystemClock
-from drivers.nav2_bridge import Nav2Bridge
+from drivers.nav2.bridge import Nav2Bridge
 from drivers.ports import Battery, Camera, Clock, Lidar, Map, Navigator, Operator, PortError, Ports, PoseSource, Safety
-from drivers.ros_topics import RosBattery, RosCamera, RosLidar, RosMap, RosPoseSource
+from drivers.ros.bridge_keys import BridgeKeys
+from drivers.ros.topics import RosBattery, RosCamera, RosLidar, RosMap, RosPoseSource
+from drivers.ros.zenoh_link import LinkConfig, ZenohLink
 from drivers.topics import BATTERY, CAMERA_INFO, LIDAR, MAP, color_topic, depth_topic
-from drivers.zenoh_link import LinkConfig, ZenohLink
 from openbelief.perception.ports import Perception, TextEncoder
 from robot_app.config import Config, Topics
 from robot_app.local_sensors import open_livox, open_realsense
 from robot_app.perceptions import open_perception, text_encoder_of
 from robot_app.simulation import START_NS, Simulation, simulation
-from sim_fakes.recording_ports import RecordingPorts
+from sim_fakes.playback.ports import RecordingPorts
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 
 from behaviors.policy import MissionPolicy
 from behaviors.supervisor import SafetyPolicy
-from drivers.realsense_frames import COLOR_SIZES
+from drivers.realsense.messages import COLOR_SIZES
 from openbelief.arrays import Array
 from openbelief.parameters import Parameters
 from openbelief.pose import quaternion_from_rpy, transform
@@ -95,7 +95,7 @@ class Zenoh(Section):
 
     @property
     def tls(self) -> dict[str, str | bool]:
-        """What drivers.zenoh_link.LinkConfig wants; empty where the link is plain TCP."""
+        """What drivers.ros.zenoh_link.LinkConfig wants; empty where the link is plain TCP."""
         if self.ca is None:
             return {}
         return {

@@ -11,13 +11,13 @@ from robot_app.config import Config
 
 if TYPE_CHECKING:
     from drivers.livox.driver import LivoxLidar
-    from drivers.realsense import RealSenseCamera
+    from drivers.realsense.camera import RealSenseCamera
 
 
 def open_realsense(config: Config, clock: Clock, opened: ExitStack) -> RealSenseCamera:
     """Raises PortError where there is none, or none that can serve; it may take 25 s to say so."""
-    from drivers.realsense import RealSenseCamera
-    from drivers.realsense_frames import RealSenseSettings
+    from drivers.realsense.camera import RealSenseCamera
+    from drivers.realsense.messages import RealSenseSettings
 
     return opened.enter_context(RealSenseCamera(RealSenseSettings(**config.realsense.model_dump()), clock))
 
@@ -30,9 +30,9 @@ def open_livox(config: Config, clock: Clock, opened: ExitStack) -> LivoxLidar:
 
 
 def open_emulated_realsense(config: Config, clock: Clock, opened: ExitStack) -> RealSenseCamera:
-    from drivers.realsense import RealSenseCamera
-    from drivers.realsense_frames import RealSenseSettings
-    from sim_fakes.realsense_software import TwinSpec, TwinState, box_images, open_twin
+    from drivers.realsense.camera import RealSenseCamera
+    from drivers.realsense.messages import RealSenseSettings
+    from sim_fakes.sensors.realsense_software import TwinSpec, TwinState, box_images, open_twin
 
     settings = RealSenseSettings(**config.realsense.model_dump())
     twin = partial(open_twin, box_images, TwinSpec(), TwinState())
@@ -41,7 +41,7 @@ def open_emulated_realsense(config: Config, clock: Clock, opened: ExitStack) -> 
 
 def open_emulated_livox(config: Config, clock: Clock, opened: ExitStack) -> LivoxLidar:
     from drivers.livox.driver import LivoxLidar, LivoxSettings
-    from sim_fakes.livox_emulator import EmulatorSettings, LivoxEmulator
+    from sim_fakes.sensors.livox_emulator import EmulatorSettings, LivoxEmulator
 
     host = LivoxSettings(
         lidar_ip="127.0.0.2",

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
-from logs.frames import FrameReader, RecordingError, Topics
-from logs.reader import LogError, LogReader
+from logs.frames.reader import FrameReader, RecordingError, Topics
+from logs.mcap_io.reader import LogError, LogReader
 from openbelief.mapping import Taken, build_memory, take_evidence
 from openbelief.memory import ObjectMemory
 from openbelief.observation import RgbdFrame

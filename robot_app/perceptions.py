@@ -37,8 +37,8 @@ def _recorded(path: str, text_encoder: TextEncoder, seed: int) -> Perception:  #
 
 
 def _scripted(scene: str, text_encoder: TextEncoder, seed: int) -> Perception:
-    from sim_fakes.scripted_perception import ScriptedPerception
-    from sim_fakes.world import World
+    from sim_fakes.world.scripted_perception import ScriptedPerception
+    from sim_fakes.world.world import World
 
     try:
         return ScriptedPerception(World.load(scene), text_encoder, seed=seed)
@@ -65,7 +65,7 @@ def _paper(profile: str, text_encoder: TextEncoder, seed: int) -> Perception:  #
 
 def _paper_live(profile: str, text_encoder: TextEncoder, seed: int) -> Perception:  # noqa: ARG001
     from drivers.clock import SystemClock
-    from robot_app.latency import WatchedPerception
+    from robot_app.mission.latency import WatchedPerception
     from robot_app.profiles import open_profile
 
     perception, settings = open_profile(profile, SystemClock(), _tell, arrival=True)

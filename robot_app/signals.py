@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from robot_app.terminal import TerminalOperator
+from robot_app.mission.terminal import TerminalOperator
 
 BECAUSE = {
     signal.SIGINT: "the operator pressed Ctrl-C",

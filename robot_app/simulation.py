@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from sim_fakes.eyes import RenderedEyes
-from sim_fakes.renderer import Renderer
-from sim_fakes.robot import SimRobot
-from sim_fakes.ros_site import RosSite
-from sim_fakes.sim_clock import SimClock
-from sim_fakes.world import World
+from drivers.clock import SimClock
+from sim_fakes.sensors.eyes import RenderedEyes
+from sim_fakes.wire.ros_site import RosSite
+from sim_fakes.world.renderer import Renderer
+from sim_fakes.world.robot import SimRobot
+from sim_fakes.world.world import World
 
 START_NS = 1_800_000_000 * 10**9  # a simulated robot always wakes at the same moment, so that runs compare
 

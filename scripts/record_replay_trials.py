@@ -25,7 +25,7 @@ ROWS = {"small_room": ("take me to the fire extinguisher", 1)}
 
 def record(name: str, query: str, seed: int) -> None:
     """Paths stay relative to the repository: a trial keeps its configuration's text."""
-    from robot_app.demo import run_demo
+    from robot_app.demo.demo import run_demo
     from robot_app.progress import LineProgress
 
     demo = run_demo(WORK, query, SCENE, seed, LineProgress(), print)
@@ -35,7 +35,7 @@ def record(name: str, query: str, seed: int) -> None:
 
 def expected(path: Path) -> dict[str, Any]:
     """What the trial says was decided."""
-    from logs.trial import TrialReader
+    from logs.trial.file import TrialReader
 
     trial = TrialReader(path).whole()
     return {

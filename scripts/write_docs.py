@@ -37,7 +37,7 @@ def mission_navigation() -> str:
 
 
 def trial_records() -> str:
-    from logs.trial_records import RECORDS
+    from logs.trial.records import RECORDS
 
     rows = [[f"`{topic}`", kind.role, summary(kind)] for topic, kind in RECORDS.items()]
     return table(["topic", "role", "what"], rows)

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 from mcap.writer import CompressionType, Writer
 
-from drivers.ros_convert import camera_info_message, depth_message, jpeg_message, transforms_message
-from drivers.ros_messages import Message, codec, encode
+from drivers.ros.convert import camera_info_message, depth_message, jpeg_message, transforms_message
+from drivers.ros.messages import Message, codec, encode
 from openbelief.observation import Intrinsics, encode_rle
 from openbelief.pose import T_CAMERA_LINK_OPTICAL, transform
 
@@ -129,7 +129,7 @@ def make_walk() -> Callable[..., Walk]:
 
 
 class VlmServer:
-    """A stand-in model server in a process of its own (sim_fakes.vlm_server); it can be killed and started again."""
+    """A stand-in model server in a process of its own (sim_fakes.wire.vlm_server): killed, and started again."""
 
     def __init__(self, folder: Path, port: int = 0, answers: dict[str, str] | None = None, **options: object) -> None:
         self.log = folder / "requests.jsonl"
@@ -142,7 +142,7 @@ class VlmServer:
         self.start(port)
 
     def start(self, port: int = 0, *more: str) -> None:
-        command = [sys.executable, "-m", "sim_fakes.vlm_server", *self._arguments, "--port", str(port), *more]
+        command = [sys.executable, "-m", "sim_fakes.wire.vlm_server", *self._arguments, "--port", str(port), *more]
         self._process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         assert self._process.stdout is not None
         self.endpoint = self._process.stdout.readline().strip()

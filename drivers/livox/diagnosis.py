@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from drivers.diagnosis import Diagnosis, Severity
 from drivers.livox.intake import LidarState
+from drivers.ros.diagnosis import Diagnosis, Severity
 
 SAMPLING = "sampling"
 AT_REST = {  # its other states -> what to do

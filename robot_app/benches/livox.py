@@ -47,7 +47,7 @@ def run(options: argparse.Namespace) -> None:
 
 
 def _measure(lidar: LivoxLidar, seconds: float) -> dict[str, Any]:
-    command = [sys.executable, "-m", "sim_fakes.livox_emulator", "--seconds", str(seconds), "--any-lidar-port"]
+    command = [sys.executable, "-m", "sim_fakes.sensors.livox_emulator", "--seconds", str(seconds), "--any-lidar-port"]
     command += [word for name, port in lidar.ports.items() for word in (f"--host-{name}-port", str(port))]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as emulator:
         started_s = _await_first_packet(lidar, emulator)

@@ -20,7 +20,7 @@ from robot_app.benches.duration import seconds
 from robot_app.cli import Failure, print_json
 
 if TYPE_CHECKING:
-    from drivers.realsense import RealSenseCamera
+    from drivers.realsense.camera import RealSenseCamera
 
 SETTLE_S, POLL_S = 3.0, 0.1
 
@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    from drivers.realsense_frames import COLOR_SIZES
+    from drivers.realsense.messages import COLOR_SIZES
 
     rows = [_measured(size, options.seconds) for size in COLOR_SIZES]
     if options.json:
@@ -43,9 +43,9 @@ def run(options: argparse.Namespace) -> None:
 
 def _measured(size: tuple[int, int], seconds: float) -> dict[str, Any]:
     from drivers.clock import SystemClock
-    from drivers.realsense import RealSenseCamera
-    from drivers.realsense_frames import RealSenseSettings
-    from sim_fakes.realsense_software import COLOR_LENS, TwinSpec, TwinState, box_images, open_twin
+    from drivers.realsense.camera import RealSenseCamera
+    from drivers.realsense.messages import RealSenseSettings
+    from sim_fakes.sensors.realsense_software import COLOR_LENS, TwinSpec, TwinState, box_images, open_twin
 
     wider = size[0] / COLOR_LENS.width
     lens = replace(

@@ -23,9 +23,9 @@ from robot_app.cli import Failure, print_json
 
 if TYPE_CHECKING:
     from drivers.ports import Clock
-    from logs.queued import QueuedRecorder
-    from logs.recorder import McapRecorder
-    from logs.streams import Stream
+    from logs.record.queued import QueuedRecorder
+    from logs.record.recorder import McapRecorder
+    from logs.record.streams import Stream
 
 SETTLE_S, POLL_S = 10.0, 0.05
 GONE = "the sources' process ended early; its message is above"
@@ -53,9 +53,9 @@ def run(options: argparse.Namespace) -> None:
 
 def _measure(path: Path, seconds: float) -> dict[str, Any]:
     from drivers.clock import SystemClock
-    from logs.recorder import McapRecorder
+    from logs.record.recorder import McapRecorder
 
-    command = [sys.executable, "-m", "sim_fakes.full_rate", "--seconds", str(seconds)]
+    command = [sys.executable, "-m", "sim_fakes.wire.full_rate", "--seconds", str(seconds)]
     clock, peaks = SystemClock(), [0]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as sources:
         with McapRecorder(path, clock) as recorder:
@@ -85,9 +85,9 @@ def _record(
     sources: subprocess.Popen[str], recorder: McapRecorder, clock: Clock, peaks: list[int]
 ) -> tuple[dict[str, Any], float, dict[str, Stream]]:
     """(what the sources sent, our CPU seconds meanwhile, what became of each topic) of one run."""
-    from drivers.zenoh_link import LinkConfig, ZenohLink
-    from logs.queued import QueuedRecorder
-    from logs.tap import TopicTap
+    from drivers.ros.zenoh_link import LinkConfig, ZenohLink
+    from logs.record.queued import QueuedRecorder
+    from logs.record.tap import TopicTap
 
     endpoint = _line(sources)
     with ZenohLink(LinkConfig((endpoint,))) as link, QueuedRecorder(recorder, clock) as queue:
@@ -121,7 +121,7 @@ def _settle(queue: QueuedRecorder, expected: int) -> None:
 
 def _counted(paths: list[Path]) -> Counter[str]:
     """Messages by topic, as they lie on the disk, every checksum verified."""
-    from logs.reader import LogReader
+    from logs.mcap_io.reader import LogReader
 
     return Counter(message.topic for path in paths for message in LogReader(path))
 

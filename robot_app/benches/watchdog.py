@@ -26,8 +26,8 @@ from typing import TYPE_CHECKING, Any
 from robot_app.cli import Failure, print_json
 
 if TYPE_CHECKING:
-    from drivers.heartbeat import WatchdogView
-    from sim_fakes.silent_wire import SilentWire
+    from drivers.watchdog.heartbeat import WatchdogView
+    from sim_fakes.wire.silent_wire import SilentWire
 
 PROMISE_S = 1.0
 START_S, LATE_S = 20.0, 5.0
@@ -118,7 +118,7 @@ class Bench:
     def _once(self, loss: str, number: int) -> float:
         """Seconds from the loss to the cancel at Nav2, with the heartbeat at another phase each time."""
         with ExitStack() as opened:
-            workstation = Program(opened, "sim_fakes.workstation_process", self._wire.endpoint)
+            workstation = Program(opened, "sim_fakes.wire.workstation_process", self._wire.endpoint)
             if not workstation.expect("driving", START_S)["driving"]:
                 raise Failure("the simulated Nav2 did not take the goal")
             self._until("armed", lambda: self._state() == "armed")
@@ -149,12 +149,12 @@ class Bench:
 @contextmanager
 def site(*, sensors: bool = False) -> Iterator[Bench]:
     """The robot's processes, started and heard."""
-    from drivers.heartbeat import WatchdogView
-    from drivers.zenoh_link import LinkConfig, ZenohLink
-    from sim_fakes.silent_wire import SilentWire
+    from drivers.ros.zenoh_link import LinkConfig, ZenohLink
+    from drivers.watchdog.heartbeat import WatchdogView
+    from sim_fakes.wire.silent_wire import SilentWire
 
     with ExitStack() as opened:
-        nav2 = Program(opened, "sim_fakes.nav2_process")
+        nav2 = Program(opened, "sim_fakes.wire.nav2_process")
         endpoint = nav2.expect("endpoint", START_S)["endpoint"]
         config = Path(opened.enter_context(tempfile.TemporaryDirectory())) / "robot.toml"
         onboard = '[onboard]\ncamera = "sim"\nlidar = "sim"\n' if sensors else ""

@@ -29,9 +29,9 @@ def run(options: argparse.Namespace) -> int:
     from logs.structured import neutralise
     from openbelief.store import BeliefFileError
     from robot_app.config import ConfigError, load_config
-    from robot_app.missions import open_missions
+    from robot_app.mission.missions import open_missions
+    from robot_app.mission.terminal import TerminalOperator
     from robot_app.signals import signals_stop
-    from robot_app.terminal import TerminalOperator
 
     try:
         config = load_config(options.config)

@@ -43,8 +43,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     from drivers.clock import SystemClock
-    from robot_app.site_folder import make_site
-    from robot_app.zenoh_site import ZenohSite
+    from robot_app.certs.folder import make_site
+    from robot_app.certs.zenoh import ZenohSite
 
     if not (1 <= options.days <= 3650 and 1 <= options.port <= 65534):
         raise Failure("--days must be 1 to 3650 and --port 1 to 65534")
@@ -64,7 +64,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _host(text: str) -> str:
-    from robot_app.certificates import require_host
+    from robot_app.certs.certificates import require_host
 
     try:
         return require_host(text)

@@ -28,9 +28,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     from drivers.ports import PortError
-    from robot_app.demo import run_demo
+    from robot_app.demo.demo import run_demo
     from robot_app.progress import progress
-    from sim_fakes.scene import SceneError
+    from sim_fakes.world.scene import SceneError
 
     began = time.monotonic()
 

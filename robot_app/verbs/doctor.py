@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from robot_app.cli import print_json
 
 if TYPE_CHECKING:
-    from robot_app.doctor_line import Line
+    from robot_app.doctor.finding import Line
 
 EXAMPLE = "openbelief doctor --config demo-out/robot.toml"
 
@@ -28,8 +28,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     from drivers.clock import SystemClock
-    from robot_app.doctor import examine_file
-    from robot_app.doctor_line import Level
+    from robot_app.doctor.examination import examine_file
+    from robot_app.doctor.finding import Level
 
     lines = []
     for line in examine_file(options.config, SystemClock().now_ns()):

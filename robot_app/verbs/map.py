@@ -52,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    from logs.frames import Topics
+    from logs.frames.reader import Topics
     from robot_app.mapping import MapJob, require_recordings, run_map
     from robot_app.perceptions import text_encoder_of
     from robot_app.progress import progress

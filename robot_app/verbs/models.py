@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 from robot_app.cli import Failure, print_json
 
 if TYPE_CHECKING:
-    from robot_app.model_check import Checked
-    from robot_app.model_table import Model
+    from robot_app.models.check import Checked
+    from robot_app.models.table import Model
 
 EXAMPLE = "openbelief models list"
 EXPORT_PYTHON = Path(".venv-export/bin/python")
@@ -45,7 +45,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _list(options: argparse.Namespace) -> int:
-    from robot_app.model_table import table
+    from robot_app.models.table import table
 
     models = table()
     if options.json:
@@ -56,8 +56,8 @@ def _list(options: argparse.Namespace) -> int:
 
 
 def _pull(options: argparse.Namespace) -> int:
-    from robot_app.model_pull import pull
-    from robot_app.model_table import row
+    from robot_app.models.pull import pull
+    from robot_app.models.table import row
 
     model = row(options.name)
     print(f"{options.name}: {model.licence}", file=sys.stderr)
@@ -77,7 +77,7 @@ def _export(options: argparse.Namespace) -> int:
     import shlex
     import subprocess
 
-    from robot_app.model_table import row
+    from robot_app.models.table import row
 
     command = export_command(options.name, row(options.name), options.folder)
     if options.json:
@@ -95,7 +95,7 @@ def _export(options: argparse.Namespace) -> int:
 
 def export_command(name: str, model: Model, folder: Path) -> list[str]:
     """What makes FOLDER/NAME of FOLDER/checkpoints/NAME; raises Failure where there is nothing to export."""
-    from robot_app.model_table import CHECKPOINTS
+    from robot_app.models.table import CHECKPOINTS
 
     if model.export is None:
         raise Failure(f"{name} needs no export.")
@@ -104,7 +104,7 @@ def export_command(name: str, model: Model, folder: Path) -> list[str]:
 
 
 def _check(options: argparse.Namespace) -> int:
-    from robot_app.model_check import check_folder
+    from robot_app.models.check import check_folder
 
     checked = check_folder(options.folder, options.device, options.threads)
     if options.json:

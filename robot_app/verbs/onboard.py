@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     from drivers.ports import PortError
     from robot_app.config import ConfigError, load_config
-    from robot_app.onboard import run_onboard
+    from robot_app.onboard.process import run_onboard
 
     try:
         config = load_config(options.config)
@@ -55,9 +55,9 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _reset(config: Config, *, as_json: bool) -> int:
-    from drivers.bridge_keys import BridgeKeys
-    from drivers.heartbeat import WatchdogView
-    from drivers.zenoh_link import LinkConfig, ZenohLink
+    from drivers.ros.bridge_keys import BridgeKeys
+    from drivers.ros.zenoh_link import LinkConfig, ZenohLink
+    from drivers.watchdog.heartbeat import WatchdogView
 
     with ZenohLink(LinkConfig((config.zenoh.endpoint,), tls=config.zenoh.tls)) as link:
         reply = WatchdogView(link, BridgeKeys(config.zenoh.namespace)).reset()

@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING
 from robot_app.cli import Failure, print_json
 
 if TYPE_CHECKING:
-    from robot_app.record_gauge import StreamStatus
-    from robot_app.recording import Recorded
+    from robot_app.record.monitor import StreamStatus
+    from robot_app.record.recording import Recorded
 
 EXAMPLE = "openbelief record -o walk.mcap --config demo-out/robot.toml --minutes 2"
 
@@ -39,8 +39,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     from drivers.ports import PortError
     from robot_app.config import ConfigError, load_config, with_recording
-    from robot_app.record_line import RecordLine
-    from robot_app.recording import RecordJob, record
+    from robot_app.record.recording import RecordJob, record
+    from robot_app.record.status_line import RecordLine
 
     seconds = None if options.minutes is None else 60.0 * options.minutes
     try:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from robot_app.cli import Failure, print_json
 
 if TYPE_CHECKING:
-    from logs.recover import RecoveryReport
+    from logs.mcap_io.recover import RecoveryReport
 
 EXAMPLE = "openbelief recover demo-out/walk.mcap -o walk.recovered.mcap"
 SHOWN_LOSSES = 10
@@ -26,8 +26,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    from logs.reader import LogError
-    from logs.recover import recover
+    from logs.mcap_io.reader import LogError
+    from logs.mcap_io.recover import recover
 
     output = options.output or default_output(options.file)
     try:

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 from robot_app.cli import Failure, Usage, print_json
 
 if TYPE_CHECKING:
-    from logs.trial_compare import Difference
-    from logs.trial_records import Checks, Record
-    from robot_app.trials import Replayed
+    from logs.trial.compare import Difference
+    from logs.trial.records import Checks, Record
+    from robot_app.mission.trials import Replayed
 
 EXAMPLE = "openbelief replay demo-out/trial.mcap"
 
@@ -39,10 +39,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    from logs.reader import LogError
-    from logs.trial import TrialError
+    from logs.mcap_io.reader import LogError
+    from logs.trial.file import TrialError
     from openbelief.store import BeliefFileError
-    from robot_app.trials import replay_trial
+    from robot_app.mission.trials import replay_trial
 
     if options.seed is not None and options.perception is None:
         raise Usage("--seed is for --perception: nothing is simulated without it")
@@ -108,7 +108,7 @@ def _difference(difference: Difference) -> dict[str, Any]:
 
 
 def _recorded_perception(replayed: Replayed) -> str:
-    from logs.trial_records import Segments
+    from logs.trial.records import Segments
 
     return next((r.perception for r in replayed.trial.records if isinstance(r, Segments)), "none")
 
@@ -128,7 +128,7 @@ def _looks(replayed: Replayed) -> list[dict[str, Any]]:
 
 
 def _checks(decisions: list[Record]) -> dict[int, Checks]:
-    from logs.trial_records import Checks
+    from logs.trial.records import Checks
 
     return {record.frame_stamp_ns: record for record in decisions if isinstance(record, Checks)}
 

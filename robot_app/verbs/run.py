@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 from robot_app.cli import Failure, print_json
 
 if TYPE_CHECKING:
-    from robot_app.missions import Missions
-    from robot_app.terminal import TerminalOperator
+    from robot_app.mission.missions import Missions
+    from robot_app.mission.terminal import TerminalOperator
 
 EXAMPLE = "openbelief run --config demo-out/robot.toml"
 
@@ -31,8 +31,8 @@ def run(options: argparse.Namespace) -> int:
     from drivers.ports import PortError
     from openbelief.store import BeliefFileError
     from robot_app.config import ConfigError, load_config
-    from robot_app.missions import open_missions
-    from robot_app.terminal import TerminalOperator
+    from robot_app.mission.missions import open_missions
+    from robot_app.mission.terminal import TerminalOperator
 
     try:
         config = load_config(options.config)

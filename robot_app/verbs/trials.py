@@ -21,7 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    from robot_app.trials import summaries
+    from robot_app.mission.trials import summaries
 
     if not options.folder.is_dir():
         raise Failure(f"{options.folder} is not a folder: name the one that [trials] in robot.toml says")

@@ -13,6 +13,7 @@ import pytest
 from behaviors.events import Outcome
 from behaviors.mission import Mission
 from behaviors.policy import MissionPolicy
+from drivers.clock import SimClock
 from drivers.ports import (
     CameraFrame,
     LidarCloud,
@@ -23,18 +24,19 @@ from drivers.ports import (
     StaleData,
     Verdict,
 )
-from drivers.ros_convert import (
+from drivers.ros.convert import (
     camera_info_message,
     color_message,
     depth_message,
     grid_message,
     transforms_message,
 )
-from drivers.ros_messages import Message, encode
-from logs.journal import ListJournal
-from logs.recorder import McapRecorder
-from logs.trial_compare import compare_decisions
-from logs.trial_records import Record, Transition
+from drivers.ros.messages import Message, encode
+from logs.record.recorder import McapRecorder
+from logs.trial.compare import compare_decisions
+from logs.trial.journal import ListJournal
+from logs.trial.records import Record, Transition
+from logs.trial.replay_ports import replay_ports
 from openbelief import g1
 from openbelief.arrays import Array
 from openbelief.memory import ObjectMemory
@@ -43,8 +45,6 @@ from openbelief.parameters import Parameters
 from openbelief.perception.sentence import SentenceEncoder
 from openbelief.pose import Pose2, apply, inverse
 from openbelief.traversability import FREE, OCCUPIED, OccupancyGrid
-from sim_fakes.replay import replay_ports
-from sim_fakes.sim_clock import SimClock
 
 ENCODER = SentenceEncoder()
 CAMERA_FRAME = "camera_color_optical_frame"

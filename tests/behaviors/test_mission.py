@@ -7,7 +7,7 @@ import pytest
 
 from behaviors.events import End
 from drivers.ports import NavigationResult, NavigationStatus, PoseUnavailable
-from logs import trial_records as records
+from logs.trial import records
 
 ABORTED = NavigationResult(NavigationStatus.ABORTED, "no valid path", 208)
 SENTENCE = "take me to the fire extinguisher"
@@ -297,7 +297,7 @@ def test_a_robot_that_cannot_navigate_is_not_asked_about(stage, extinguisher):
 
 def test_a_memory_that_changes_during_the_mission_is_a_fault(stage, extinguisher):
     from behaviors.mission import Mission
-    from logs.journal import ListJournal
+    from logs.trial.journal import ListJournal
 
     s = stage([extinguisher])
 

@@ -8,11 +8,11 @@ import pytest
 
 from behaviors.events import End
 from behaviors.mission import Mission
+from drivers.clock import SimClock
 from drivers.ports import StaleData
-from logs.trial_compare import compare_decisions
+from logs.trial.compare import compare_decisions
 from openbelief.pose import Pose2
-from sim_fakes.recording_ports import RecordingPorts
-from sim_fakes.sim_clock import SimClock
+from sim_fakes.playback.ports import RecordingPorts
 
 SENTENCE = "take me to the fire extinguisher"
 

@@ -10,8 +10,8 @@ import pytest
 from behaviors.events import End
 from behaviors.supervisor import GOAL_ZONE
 from drivers.ports import NavigationResult, NavigationStatus, Reaction, Verdict
-from logs import trial_records as records
-from robot_app.trials import replay_trial, run_recorded
+from logs.trial import records
+from robot_app.mission.trials import replay_trial, run_recorded
 
 GO = Verdict()
 NOTHING = np.zeros((0, 3))

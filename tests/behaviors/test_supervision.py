@@ -9,11 +9,11 @@ import pytest
 
 from behaviors.supervision import Sources, Supervision
 from behaviors.supervisor import SafetyPolicy
+from drivers.clock import SimClock
 from drivers.ports import CameraFrame, Charge, LidarCloud, PortError, Reaction, StaleData
 from openbelief.observation import Intrinsics
 from openbelief.pose import Pose2
 from openbelief.traversability import OccupancyGrid
-from sim_fakes.sim_clock import SimClock
 
 GOAL = Pose2(2.0, 2.0, 0.0)
 K = Intrinsics(64, 48, 60.0, 60.0, 31.5, 23.5)

@@ -14,16 +14,16 @@ import numpy as np
 import pytest
 import scipy.sparse.csgraph  # noqa: F401  the simulated planner's first path would load it while a question waits
 
-from drivers.bridge_keys import Keys
-from drivers.nav2_bridge import Nav2Bridge, Nav2Limits
+from drivers.clock import SimClock
+from drivers.nav2.bridge import Nav2Bridge, Nav2Limits
 from drivers.ports import LidarCloud, NavigationResult
-from drivers.ros_topics import RosCamera, RosLidar, RosMap, RosPoseSource
-from drivers.zenoh_link import LinkConfig, ZenohLink
+from drivers.ros.bridge_keys import Keys
+from drivers.ros.topics import RosCamera, RosLidar, RosMap, RosPoseSource
+from drivers.ros.zenoh_link import LinkConfig, ZenohLink
 from openbelief.pose import Pose2
 from openbelief.traversability import OccupancyGrid
-from sim_fakes.robot import SimRobot
-from sim_fakes.ros_site import RosSite
-from sim_fakes.sim_clock import SimClock
+from sim_fakes.wire.ros_site import RosSite
+from sim_fakes.world.robot import SimRobot
 
 START_NS = 1_700_000_000_000_000_000
 LIMITS = Nav2Limits(plan_s=1.0, result_poll_s=0.5, result_ask_s=1.0, cancel_s=1.0)  # a loaded machine may stall

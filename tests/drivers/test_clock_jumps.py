@@ -11,7 +11,7 @@ from behaviors.supervisor import SafetyPolicy
 from drivers.ports import Reaction, StaleData
 from drivers.topics import CAMERA_INFO, COLOR, DEPTH, LIDAR, TF
 from openbelief.pose import Pose2
-from sim_fakes.faults import shifted
+from sim_fakes.wire.faults import shifted
 
 HOUR_S = 3600.0
 STAMPED = (COLOR, DEPTH, CAMERA_INFO, LIDAR, TF)

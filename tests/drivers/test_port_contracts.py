@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from drivers.clock import SystemClock
+from drivers.clock import SimClock, SystemClock
 from drivers.ports import (
     Camera,
     CameraFrame,
@@ -24,16 +24,15 @@ from drivers.ports import (
     PoseUnavailable,
     StaleData,
 )
-from drivers.realsense import RealSenseCamera
-from drivers.realsense_frames import RealSenseSettings
-from drivers.ros_clouds import cloud_message
-from drivers.ros_convert import grid_message
+from drivers.realsense.camera import RealSenseCamera
+from drivers.realsense.messages import RealSenseSettings
+from drivers.ros.clouds import cloud_message
+from drivers.ros.convert import grid_message
 from drivers.topics import COLOR, LIDAR, TF
 from openbelief.pose import Pose2
 from openbelief.traversability import OccupancyGrid
-from sim_fakes.realsense_software import Fault, TwinSpec, TwinState, box_images, open_twin
-from sim_fakes.recording_ports import RecordingPorts
-from sim_fakes.sim_clock import SimClock
+from sim_fakes.playback.ports import RecordingPorts
+from sim_fakes.sensors.realsense_software import Fault, TwinSpec, TwinState, box_images, open_twin
 
 NEAR, CLOSED_OFF = Pose2(2.0, 1.5, 0.5), Pose2(5.5, 3.5, 0.0)
 

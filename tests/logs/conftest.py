@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 from pydantic import BaseModel
 
-from drivers.ros_messages import encode, make
-from logs.recorder import McapRecorder
+from drivers.ros.messages import encode, make
+from logs.record.recorder import McapRecorder
 
 
 class Note(BaseModel):

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.ros_clouds import cloud_of
-from drivers.ros_convert import grid_of, transforms_of
-from drivers.ros_messages import decode
-from drivers.transform_tree import TransformTree
-from logs.reader import LogReader
+from drivers.ros.clouds import cloud_of
+from drivers.ros.convert import grid_of, transforms_of
+from drivers.ros.messages import decode
+from drivers.ros.transform_tree import TransformTree
+from logs.mcap_io.reader import LogReader
 from openbelief.occupancy import floor_height, from_points
 from openbelief.pose import apply
 from openbelief.traversability import FREE, OCCUPIED, OccupancyGrid

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from logs.trial_compare import compare_decisions
-from logs.trial_records import RECORDS, Record
+from logs.trial.compare import compare_decisions
+from logs.trial.records import RECORDS, Record
 from openbelief.perception.ports import PerceptionFailed
 from robot_app.cli import main
+from robot_app.mission.trials import replay_trial
 from robot_app.perceptions import KINDS, PerceptionKind
-from robot_app.trials import replay_trial
 
 HERE = Path(__file__).parent
 SCENE = HERE.parent / "robot_app" / "small_scene.json"

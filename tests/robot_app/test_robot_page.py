@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from robot_app.certs.zenoh import ZenohSite
 from robot_app.cli import VERBS
 from robot_app.config import load_config, mount
-from robot_app.zenoh_site import ZenohSite
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 PAGE = (DOCS / "robot.md").read_text()

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from drivers.zenoh_link import LinkConfig, ZenohLink, open_router
+from drivers.ros.zenoh_link import LinkConfig, ZenohLink, open_router
 
 HERE = Path(__file__).parent
 VENV = HERE.parents[1] / ".venv-ros"

@@ -11,11 +11,10 @@ import uuid
 import numpy as np
 import pytest
 
-from drivers.bridge_keys import BridgeKeys
 from drivers.clock import SystemClock
-from drivers.nav2_bridge import Nav2Bridge, Nav2Limits
+from drivers.nav2.bridge import Nav2Bridge, Nav2Limits
 from drivers.ports import NavigationStatus, StaleData
-from drivers.ros_action import (
+from drivers.ros.action import (
     ABORTED,
     ALL_GOALS,
     CANCEL_OK,
@@ -29,10 +28,11 @@ from drivers.ros_action import (
     ActionClient,
     service_client,
 )
-from drivers.ros_definitions import SERVICES, action_definitions
-from drivers.ros_messages import codec, codec_with
-from drivers.ros_shapes import Shapes, shapes_of
-from drivers.ros_topics import RosMap
+from drivers.ros.bridge_keys import BridgeKeys
+from drivers.ros.definitions import SERVICES, action_definitions
+from drivers.ros.messages import codec, codec_with
+from drivers.ros.shapes import Shapes, shapes_of
+from drivers.ros.topics import RosMap
 from drivers.topics import IS_ACTIVE, Action
 from openbelief.pose import Pose2
 

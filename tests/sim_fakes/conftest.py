@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from openbelief.arrays import normalize
-from sim_fakes.world import World
+from sim_fakes.world.world import World
 
 
 @pytest.fixture

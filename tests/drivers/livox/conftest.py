@@ -8,8 +8,8 @@ import pytest
 
 from drivers.livox.control_wire import Found
 from drivers.livox.intake import Intake
-from sim_fakes.livox_scan import open_room
-from sim_fakes.livox_stream import LivoxStream, Outgoing
+from sim_fakes.sensors.livox_scan import open_room
+from sim_fakes.sensors.livox_stream import LivoxStream, Outgoing
 
 ZERO = 1_700_000_000_000_000_000
 

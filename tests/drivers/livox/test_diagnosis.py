@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from drivers.diagnosis import Diagnosis, Severity, diagnoses_of, diagnostics_message
 from drivers.livox.diagnosis import diagnoses
 from drivers.livox.hms import health_code
 from drivers.livox.intake import LidarState
-from drivers.ros_messages import WireError, decode, encode
+from drivers.ros.diagnosis import Diagnosis, Severity, diagnoses_of, diagnostics_message
+from drivers.ros.messages import WireError, decode, encode
 
 TYPE = "diagnostic_msgs/msg/DiagnosticArray"
 

@@ -16,8 +16,8 @@ from drivers.livox.driver import LivoxLidar, LivoxSettings
 from drivers.livox.keys import Key
 from drivers.livox.takeover import LivoxControl
 from drivers.ports import Lidar, LinkLost, PortError, StaleData
-from sim_fakes.livox_emulator import EmulatorSettings, LivoxEmulator
-from sim_fakes.livox_faults import LivoxFaults
+from sim_fakes.sensors.livox_emulator import EmulatorSettings, LivoxEmulator
+from sim_fakes.sensors.livox_faults import LivoxFaults
 
 DEADLINE_S = 5.0
 STEP_NS = 20_000_000

@@ -11,7 +11,7 @@ from drivers.livox import control_wire
 from drivers.livox.assembler import MAX_PACKETS
 from drivers.livox.intake import KEPT_CLOUDS, Intake
 from drivers.livox.wire import DataType, Refusal, TimeType, encode_packet
-from sim_fakes.livox_faults import LivoxFaults
+from sim_fakes.sensors.livox_faults import LivoxFaults
 
 SECOND = 1_000_000_000
 ZERO = 1_700_000_000 * SECOND

@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from drivers.realsense_frames import ImagePair, RealSenseInfo, RealSenseSettings
-from drivers.realsense_sdk import Stream
-from sim_fakes.realsense_software import PERIOD_NS, Images, RealSenseTwin, TwinBus, TwinSpec, box_images
-from sim_fakes.sim_clock import SimClock
+from drivers.clock import SimClock
+from drivers.realsense.messages import ImagePair, RealSenseInfo, RealSenseSettings
+from drivers.realsense.sdk import Stream
+from sim_fakes.sensors.realsense_software import PERIOD_NS, Images, RealSenseTwin, TwinBus, TwinSpec, box_images
 
 START_NS = 1_700_000_000_000_000_000
 WAIT_S = 0.1  # for librealsense's own threads

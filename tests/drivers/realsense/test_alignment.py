@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy.ndimage import binary_erosion
 
-from drivers.realsense_depth import ColorDepth
-from drivers.realsense_frames import RealSenseSettings
+from drivers.realsense.depth import ColorDepth
+from drivers.realsense.messages import RealSenseSettings
 from openbelief.observation import Intrinsics
 from openbelief.pose import quaternion_from_rpy, transform
-from sim_fakes.realsense_scene import BoxScene
-from sim_fakes.realsense_software import TwinSpec
+from sim_fakes.sensors.realsense_scene import BoxScene
+from sim_fakes.sensors.realsense_software import TwinSpec
 
 LENS = (0.05, -0.08, 0.001, -0.0008, 0.02)
 HD = Intrinsics(1280, 720, 920.0, 918.0, 645.0, 352.0)

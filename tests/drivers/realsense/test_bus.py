@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from drivers.realsense_bus import BACK_S, open_attached
-from drivers.realsense_frames import CameraGone, CameraRefused
-from sim_fakes.realsense_software import Fault, RealSenseTwin, TwinBus, TwinSpec, box_images
-from sim_fakes.sim_clock import SimClock
+from drivers.clock import SimClock
+from drivers.realsense.bus import BACK_S, open_attached
+from drivers.realsense.messages import CameraGone, CameraRefused
+from sim_fakes.sensors.realsense_software import Fault, RealSenseTwin, TwinBus, TwinSpec, box_images
 
 START_NS = 1_700_000_000_000_000_000
 

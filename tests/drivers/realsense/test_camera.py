@@ -16,11 +16,11 @@ import pytest
 
 from drivers.clock import SystemClock
 from drivers.ports import ANY_AGE_S, Camera, Clock, LinkLost, PortError, StaleData
-from drivers.realsense import RealSenseCamera
-from drivers.realsense_frames import RealSenseSettings, TimestampDomain
-from drivers.realsense_watchdog import WatchdogLimits
-from sim_fakes.realsense_scene import BoxScene
-from sim_fakes.realsense_software import Fault, TwinSpec, TwinState, box_images, open_twin
+from drivers.realsense.camera import RealSenseCamera
+from drivers.realsense.messages import RealSenseSettings, TimestampDomain
+from drivers.realsense.restarts import WatchdogLimits
+from sim_fakes.sensors.realsense_scene import BoxScene
+from sim_fakes.sensors.realsense_software import Fault, TwinSpec, TwinState, box_images, open_twin
 
 QUICK = WatchdogLimits(back_off_s=(0.05, 0.05, 0.05))
 UNHURRIED = WatchdogLimits(back_off_s=(1.0, 1.0, 1.0))  # the images of before the trouble grow stale meanwhile
@@ -163,9 +163,9 @@ MISSION = """
 import multiprocessing, time
 from functools import partial
 from drivers.clock import SystemClock
-from drivers.realsense import RealSenseCamera
-from drivers.realsense_frames import RealSenseSettings
-from sim_fakes.realsense_software import TwinSpec, TwinState, box_images, open_twin
+from drivers.realsense.camera import RealSenseCamera
+from drivers.realsense.messages import RealSenseSettings
+from sim_fakes.sensors.realsense_software import TwinSpec, TwinState, box_images, open_twin
 opener = partial(open_twin, box_images, TwinSpec(), TwinState())
 with RealSenseCamera(RealSenseSettings(), SystemClock(), open_device=opener):
     print(multiprocessing.active_children()[0].pid, flush=True)

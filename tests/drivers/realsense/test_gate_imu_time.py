@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drivers.realsense_frames import ImagePair, Motion, TimestampDomain
-from drivers.realsense_gate import NewsGate
-from drivers.realsense_imu import ImuPairing
-from drivers.realsense_time import WINDOW_NS, DeviceTime, WallTime
+from drivers.realsense.gate import NewsGate
+from drivers.realsense.imu import ImuPairing
+from drivers.realsense.messages import ImagePair, Motion, TimestampDomain
+from drivers.realsense.time import WINDOW_NS, DeviceTime, WallTime
 
 MS = 1_000_000
 GLOBAL = TimestampDomain.GLOBAL

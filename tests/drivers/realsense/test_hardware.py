@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from drivers.clock import SystemClock
-from drivers.realsense import RealSenseCamera
-from drivers.realsense_frames import RealSenseSettings, TimestampDomain
+from drivers.realsense.camera import RealSenseCamera
+from drivers.realsense.messages import RealSenseSettings, TimestampDomain
 
 pytestmark = pytest.mark.hardware
 

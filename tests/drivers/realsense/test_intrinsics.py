@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from drivers.realsense_frames import CameraRefused
+from drivers.realsense.messages import CameraRefused
 from openbelief.observation import Intrinsics
-from sim_fakes.realsense_software import TwinSpec, rs
+from sim_fakes.sensors.realsense_software import TwinSpec, rs
 
 LENS = (-0.056, 0.066, -0.0008, 0.0006, -0.021)
 

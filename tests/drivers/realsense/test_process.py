@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from drivers.realsense_frames import Beat, FrameReady, SlotFree, StandStill, Stop
-from drivers.realsense_process import SLOTS, Desk, Slots
-from sim_fakes.realsense_software import PERIOD_NS, Fault
+from drivers.realsense.messages import Beat, FrameReady, SlotFree, StandStill, Stop
+from drivers.realsense.process import SLOTS, Desk, Slots
+from sim_fakes.sensors.realsense_software import PERIOD_NS, Fault
 
 COLOR_SIZE = (848, 480)
 

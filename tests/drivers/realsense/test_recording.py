@@ -10,10 +10,10 @@ import pytest
 
 from drivers.clock import SystemClock
 from drivers.ports import LinkLost, PortError
-from drivers.realsense import RealSenseCamera
-from drivers.realsense_frames import RealSenseSettings
-from drivers.realsense_process import recorded
-from sim_fakes.realsense_software import rs
+from drivers.realsense.camera import RealSenseCamera
+from drivers.realsense.messages import RealSenseSettings
+from drivers.realsense.process import recorded
+from sim_fakes.sensors.realsense_software import rs
 
 MOMENTS = 12
 

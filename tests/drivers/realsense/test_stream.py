@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from drivers.realsense_frames import CameraGone, CameraRefused, RealSenseSettings, TimestampDomain
-from drivers.realsense_gate import NewsGate
-from sim_fakes.realsense_software import GRAVITY, TURN, Fault, TwinSpec
+from drivers.realsense.gate import NewsGate
+from drivers.realsense.messages import CameraGone, CameraRefused, RealSenseSettings, TimestampDomain
+from sim_fakes.sensors.realsense_software import GRAVITY, TURN, Fault, TwinSpec
 
 MICROSECOND = 1_000
 
@@ -106,7 +106,7 @@ def test_emitter_exposure_and_global_time_are_set(bench) -> None:
 
 
 def _rs():
-    from sim_fakes import realsense_software
+    from sim_fakes.sensors import realsense_software
 
     return realsense_software.rs
 

@@ -252,7 +252,7 @@ def test_an_empty_picture_has_no_masks(trained):
 @pytest.mark.recordings
 def test_the_trained_networks_see_what_the_recorded_perception_saw(trained):
     """Boxes and scores to the digit; masks by their overlap, since the small mask network hangs on single pixels."""
-    from logs.frames import FrameReader
+    from logs.frames.reader import FrameReader
     from openbelief.perception.recorded import RecordedPerception
 
     if not (RECORDINGS / "kitchen.mcap").is_file():

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from drivers.clock import SystemClock
-from logs.frames import FrameReader
+from logs.frames.reader import FrameReader
 from openbelief.mapping import map_frames
 from openbelief.memory import ObjectMemory
 from openbelief.parameters import Parameters
@@ -20,7 +20,7 @@ from openbelief.perception.vlm_prompt import PROMPT
 from openbelief.store import BeliefStore
 from robot_app.cli import main
 from robot_app.profiles import open_profile
-from sim_fakes.recorded_answers import recorded_answers
+from sim_fakes.wire.recorded_answers import recorded_answers
 
 RECORDINGS = Path(__file__).resolve().parents[3].parent / "shared" / "recordings"
 FRAMES = 8

@@ -18,20 +18,20 @@ from pathlib import Path
 import pytest
 from rosbags.highlevel import AnyReader
 
-from drivers.ros_messages import decode
-from logs.event_log import read_events
-from logs.frames import FrameReader
-from logs.queued import QueuedRecorder
-from logs.reader import LogMessage, LogReader
-from logs.recorder import McapRecorder
+from drivers.ros.messages import decode
+from logs.frames.reader import FrameReader
+from logs.mcap_io.reader import LogMessage, LogReader
+from logs.record.event_log import read_events
+from logs.record.queued import QueuedRecorder
+from logs.record.recorder import McapRecorder
 from openbelief.arrays import Array
 from openbelief.g1 import T_BASE_CAMERA, T_BASE_LIDAR
 from robot_app.app import open_robot
 from robot_app.cli import main
 from robot_app.config import load_config
-from robot_app.record_gauge import Gauge, Status, StreamStatus
-from robot_app.record_line import line
-from robot_app.recording import Recorded, RecordJob, record, start_taps
+from robot_app.record.monitor import Gauge, Status, StreamStatus
+from robot_app.record.recording import Recorded, RecordJob, record, start_taps
+from robot_app.record.status_line import line
 from robot_app.verbs.record import failure_of, story
 
 SENSED = {

@@ -1,0 +1,105 @@
+"""The signs that Nav2 is up: each by itself means little, together they are the precondition of a goal."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from drivers.ports import LinkLost, Map, PortError, PoseSource
+from drivers.ros.action import service_client
+from drivers.ros.bridge_keys import Keys
+from drivers.ros.shapes import Shapes
+from drivers.ros.zenoh_link import ZenohLink
+from drivers.topics import IS_ACTIVE, NAVIGATE_TO_POSE
+
+IS_ACTIVE_S = 1.0  # wall time
+
+
+@dataclass(frozen=True)
+class Sign:
+    """One sign; where it fails, `sentence` names the cause and the remedy."""
+
+    name: str
+    ok: bool
+    sentence: str = ""
+
+
+class Nav2Signs:
+    """Reads the signs in the order in which they depend on each other."""
+
+    def __init__(
+        self, link: ZenohLink, keys: Keys, shapes: Shapes, poses: PoseSource, grid: Map, *, pose_age_s: float
+    ) -> None:
+        self._link, self._keys, self._poses, self._grid, self._pose_age_s = link, keys, poses, grid, pose_age_s
+        self._is_active = service_client(link, keys, IS_ACTIVE, shapes)
+        self._servers: set[str] = set()
+        self._bridges: set[str] = set()
+        self._lock = threading.Lock()
+
+    def start(self) -> None:
+        """Begin to watch the liveliness tokens."""
+        self._link.watch_tokens(self._keys.action_token(NAVIGATE_TO_POSE), self._watcher(self._servers))
+        self._link.watch_tokens(self._keys.bridge_token("*"), self._watcher(self._bridges))
+
+    def read(self) -> Iterator[Sign]:
+        """Link, bridge, action server, is_active, pose, map; a reader stops at the first that fails."""
+        yield self._link_up()
+        yield self._server()
+        yield self._active()
+        yield self._pose()
+        yield self._map()
+
+    def whose_silence(self) -> str:
+        """A sentence on who is gone, for a goal that fell silent."""
+        return next((s.sentence for s in (self._link_up(), self._server()) if not s.ok), "Nav2 fell silent.")
+
+    def _watcher(self, tokens: set[str]) -> Callable[[str, bool], None]:
+        def watch(token: str, there: bool) -> None:
+            with self._lock:
+                (tokens.add if there else tokens.discard)(token)
+
+        return watch
+
+    def _link_up(self) -> Sign:
+        where = ", ".join(self._link.config.endpoints)
+        return Sign(
+            "link",
+            self._link.alive,
+            f"The link to the robot ({where}) is down: check the network and that zenoh-bridge-ros2dds runs there.",
+        )
+
+    def _server(self) -> Sign:
+        if self._bridges:
+            said = (
+                "The bridge offers no action navigate_to_pose: start Nav2 with RMW_IMPLEMENTATION=rmw_cyclonedds_cpp "
+                "(with Fast-DDS topics work, actions do not) and allow the action in the bridge's configuration."
+            )
+        else:
+            said = "No zenoh-bridge-ros2dds is behind the link: start it on the robot."
+        return Sign("action server", bool(self._servers), said)
+
+    def _active(self) -> Sign:
+        try:
+            answer = self._is_active.ask(IS_ACTIVE_S)
+        except LinkLost as error:
+            return Sign("active", False, str(error))
+        if answer.message is None:
+            said = f"Nav2's lifecycle manager does not say whether Nav2 is active: {answer.why}."
+            return Sign("active", False, said)
+        said = "Nav2 is not active: wait for its start-up to end, or look at the log of lifecycle_manager_navigation."
+        return Sign("active", bool(answer.message.success), said)
+
+    def _pose(self) -> Sign:
+        try:
+            self._poses.robot_pose(self._pose_age_s)
+        except PortError as error:
+            return Sign("pose", False, f"The robot does not know where it is: {error}")
+        return Sign("pose", True)
+
+    def _map(self) -> Sign:
+        try:
+            self._grid.latest()
+        except PortError as error:
+            return Sign("map", False, str(error))
+        return Sign("map", True)

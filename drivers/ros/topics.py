@@ -1,0 +1,235 @@
+"""Camera, pose, map and lidar of the robot, as the bridge forwards its ROS topics.
+
+Age is the Clock's time since the message's stamp, so a publisher whose stamps stand still is stale like a silent one.
+A robot whose clock is set, ahead or back, is followed at its next message; while it is wrong, that is named.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable
+
+from drivers.ports import CameraFrame, Charge, Clock, LidarCloud, PoseUnavailable, StaleData
+from drivers.ros.bridge_keys import BridgeKeys, Keys
+from drivers.ros.clouds import cloud_of
+from drivers.ros.convert import camera_frame_of, grid_of, transforms_of
+from drivers.ros.messages import Codec, Message, WireError, codec, stamp_to_ns
+from drivers.ros.subscription import Intake
+from drivers.ros.transform_tree import TransformNotYet, TransformTree
+from drivers.ros.zenoh_link import ZenohLink
+from drivers.stamps import is_news, require_fresh
+from drivers.topics import BATTERY, CAMERA_INFO, COLOR, DEPTH, LIDAR, MAP, TF, TF_STATIC, Topic
+from openbelief.arrays import Array
+from openbelief.pose import Pose2
+from openbelief.traversability import OccupancyGrid
+
+PAIRING = 8  # colour, depth or calibration that wait for their partners, at most
+
+
+def listen(
+    link: ZenohLink, keys: Keys, topic: Topic, use: Callable[[Message], None], shapes: Codec | None = None
+) -> Intake:
+    """Subscribe to a topic behind the door that drops what cannot be used."""
+    intake = Intake(topic.name, topic.type_name, topic.max_bytes, shapes or codec(), use)
+    link.subscribe(keys.topic(topic), intake, history=topic.latched)
+    return intake
+
+
+class RosCamera:
+    """The Camera port: colour (raw or compressed), aligned depth and calibration of one stamp make a frame."""
+
+    def __init__(
+        self,
+        link: ZenohLink,
+        clock: Clock,
+        keys: Keys | None = None,
+        *,
+        color: Topic = COLOR,
+        depth: Topic = DEPTH,
+        camera_info: Topic = CAMERA_INFO,
+    ) -> None:
+        self._link, self._clock, self._keys = link, clock, keys or BridgeKeys()
+        self._topics = (color, depth, camera_info)
+        self._intakes: list[Intake] = []
+        self._waiting: dict[int, dict[int, Message]] = {}  # stamp -> part -> message
+        self._newest: tuple[int, tuple[Message, ...]] | None = None
+        self._frame: CameraFrame | None = None
+        self._lock = threading.Lock()
+
+    def start(self) -> None:
+        """Begin to listen; it ends with the link."""
+        for part, topic in enumerate(self._topics):
+            self._intakes.append(listen(self._link, self._keys, topic, self._collector(part)))
+
+    def latest(self, max_age_s: float) -> CameraFrame:
+        self._link.check()
+        with self._lock:
+            newest = self._newest
+        if newest is None:
+            heard = ", ".join(f"{t.name}: {i.received}" for t, i in zip(self._topics, self._intakes, strict=False))
+            raise StaleData(f"No camera image yet (messages so far: {heard}).{self._trouble()}")
+        require_fresh("Camera", newest[0], self._clock.now_ns(), max_age_s, self._trouble())
+        return self._decoded(*newest)
+
+    def _decoded(self, stamp_ns: int, parts: tuple[Message, ...]) -> CameraFrame:
+        """Decoded when asked for (a JPEG takes 3 ms), and once."""
+        if self._frame is None or self._frame.stamp_ns != stamp_ns:
+            try:
+                self._frame = camera_frame_of(*parts)
+            except ValueError as error:
+                self._intakes[0].drop(str(error))
+                raise StaleData(f"The newest camera image cannot be used: {error}") from error
+        return self._frame
+
+    def _collector(self, part: int) -> Callable[[Message], None]:
+        def collect(message: Message) -> None:
+            stamp_ns = stamp_to_ns(message.header.stamp)
+            with self._lock:
+                parts = self._waiting.setdefault(stamp_ns, {})
+                parts[part] = message
+                if len(parts) == len(self._topics):
+                    self._complete(stamp_ns)
+                elif len(self._waiting) > PAIRING:
+                    del self._waiting[next(iter(self._waiting))]
+
+        return collect
+
+    def _complete(self, stamp_ns: int) -> None:
+        parts = self._waiting.pop(stamp_ns)
+        if self._newest is None or is_news(stamp_ns, self._newest[0]):
+            self._newest = (stamp_ns, tuple(parts[i] for i in range(len(self._topics))))
+
+    def _trouble(self) -> str:
+        return "".join(intake.trouble() for intake in self._intakes)
+
+
+class RosLidar:
+    """The Lidar port: the newest cloud of a PointCloud2 topic."""
+
+    def __init__(self, link: ZenohLink, clock: Clock, keys: Keys | None = None, *, topic: Topic = LIDAR) -> None:
+        self._link, self._clock, self._keys, self._topic = link, clock, keys or BridgeKeys(), topic
+        self._cloud: LidarCloud | None = None
+        self._intake: Intake | None = None
+
+    def start(self) -> None:
+        self._intake = listen(self._link, self._keys, self._topic, self._keep)
+
+    def latest(self, max_age_s: float) -> LidarCloud:
+        self._link.check()
+        cloud, trouble = self._cloud, self._intake.trouble() if self._intake else ""
+        if cloud is None:
+            raise StaleData(f"No lidar cloud yet on {self._topic.name}.{trouble}")
+        require_fresh("Lidar", cloud.stamp_ns, self._clock.now_ns(), max_age_s, trouble)
+        return cloud
+
+    def _keep(self, message: Message) -> None:
+        cloud = cloud_of(message)
+        if self._cloud is None or is_news(cloud.stamp_ns, self._cloud.stamp_ns):
+            self._cloud = cloud
+
+
+class RosBattery:
+    """The Battery port: the newest sensor_msgs/BatteryState, of which only `percentage` and the stamp are read.
+
+    Many battery drivers leave the stamp 0: such a message is as old as its arrival here. It is sent once a second or
+    less and is not latched, so what arrives is new.
+    """
+
+    def __init__(
+        self, link: ZenohLink, clock: Clock, keys: BridgeKeys | None = None, *, topic: Topic = BATTERY
+    ) -> None:
+        self._link, self._clock, self._keys, self._topic = link, clock, keys or BridgeKeys(), topic
+        self._charge: Charge | None = None
+        self._intake: Intake | None = None
+
+    def start(self) -> None:
+        self._intake = listen(self._link, self._keys, self._topic, self._keep)
+
+    def latest(self, max_age_s: float) -> Charge:
+        self._link.check()
+        charge, trouble = self._charge, self._intake.trouble() if self._intake else ""
+        if charge is None:
+            raise StaleData(f"No battery state yet on {self._topic.name}.{trouble}")
+        require_fresh("Battery", charge.stamp_ns, self._clock.now_ns(), max_age_s, trouble)
+        return charge
+
+    def _keep(self, message: Message) -> None:
+        fraction = float(message.percentage)
+        if math.isnan(fraction):
+            raise WireError("The battery's percentage is NaN: its driver does not measure the charge.")
+        if not 0.0 <= fraction <= 1.0:
+            raise WireError(f"A battery's percentage should be 0 to 1, got {fraction:g}.")
+        self._charge = Charge(stamp_to_ns(message.header.stamp) or self._clock.now_ns(), fraction)
+
+
+class RosMap:
+    """The Map port: the newest OccupancyGrid of a latched topic."""
+
+    def __init__(self, link: ZenohLink, keys: Keys | None = None, *, topic: Topic = MAP) -> None:
+        self._link, self._keys, self._topic = link, keys or BridgeKeys(), topic
+        self._grid: OccupancyGrid | None = None
+        self._intake: Intake | None = None
+
+    def start(self) -> None:
+        self._intake = listen(self._link, self._keys, self._topic, self._keep)
+
+    def latest(self) -> OccupancyGrid:
+        self._link.check()
+        grid = self._grid
+        if grid is None:
+            trouble = self._intake.trouble() if self._intake else ""
+            raise StaleData(f"No map has arrived on {self._topic.name}: is Nav2's map_server active?{trouble}")
+        return grid
+
+    def _keep(self, message: Message) -> None:
+        self._grid = grid_of(message)
+
+
+class RosPoseSource:
+    """The PoseSource port over /tf and /tf_static.
+
+    patience_s: how long a stamp newer than the newest transform is waited for, by the clock; images often come first.
+    """
+
+    def __init__(self, link: ZenohLink, clock: Clock, keys: Keys | None = None, *, patience_s: float = 0.3) -> None:
+        self._link, self._clock, self._keys = link, clock, keys or BridgeKeys()
+        self._patience_s = patience_s
+        self._tree = TransformTree(horizon_s=10.0)
+        self._intakes: list[Intake] = []
+
+    def start(self) -> None:
+        for topic, static in ((TF, False), (TF_STATIC, True)):
+            self._intakes.append(listen(self._link, self._keys, topic, self._adder(static)))
+
+    def transform_at(self, stamp_ns: int, frame_id: str) -> Array:
+        self._link.check()
+        give_up_ns = self._clock.now_ns() + round(self._patience_s * 1e9)
+        while True:
+            try:
+                return self._tree.lookup(stamp_ns, "map", frame_id)
+            except TransformNotYet:
+                if self._clock.now_ns() >= give_up_ns:
+                    raise
+            self._clock.sleep(0.02)
+
+    def robot_pose(self, max_age_s: float) -> Pose2:
+        self._link.check()
+        trouble = "".join(intake.trouble() for intake in self._intakes)
+        try:
+            stamp_ns = self._tree.newest_stamp("map", "base_link")
+            if stamp_ns is None:
+                raise StaleData("Nothing on /tf moves the robot: map -> base_link is static. Is localisation running?")
+            require_fresh("The robot's pose", stamp_ns, self._clock.now_ns(), max_age_s, trouble)
+            return Pose2.from_matrix(self._tree.lookup(stamp_ns, "map", "base_link"))
+        except PoseUnavailable as error:
+            raise StaleData(
+                f"{error} Is localisation running, and does the bridge forward /tf and /tf_static?{trouble}"
+            ) from error
+
+    def _adder(self, static: bool) -> Callable[[Message], None]:
+        def add(message: Message) -> None:
+            for t in transforms_of(message):
+                self._tree.add(t.stamp_ns, t.parent, t.child, t.translation, t.quaternion_xyzw, static=static)
+
+        return add

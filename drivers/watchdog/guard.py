@@ -1,0 +1,165 @@
+"""The watchdog with ears and hands: hears workstations and Nav2, cancels through the local bridge, tells its state."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+from functools import partial
+
+from drivers.ros import action
+from drivers.ros.action import ActionClient, Answer
+from drivers.ros.bridge_keys import BridgeKeys
+from drivers.ros.shapes import AUTO, shapes_of
+from drivers.ros.zenoh_link import ZenohLink
+from drivers.topics import NAVIGATE_TO_POSE
+from drivers.watchdog.latch import Action, Facts, State, Watchdog
+from drivers.watchdog.wire import (
+    STATUS_S,
+    Beat,
+    ResetReply,
+    Status,
+    WatchdogKeys,
+    WatchdogWireError,
+    packed,
+    unpacked,
+)
+
+logger = logging.getLogger(__name__)
+CANCEL_S = 1.0  # for the answer to one cancel; the next is sent before, so a slow Nav2 still acknowledges
+WORKSTATIONS_MAX = 16
+OLD_NS = 10_000_000_000
+TAKEN = (action.CANCEL_OK, action.CANCEL_UNKNOWN_GOAL, action.CANCEL_TERMINATED)  # no goal runs on after these
+
+
+class WatchdogGuard:
+    """Construct, `start`, then call `step` often (50 times a second). Callbacks come on Zenoh's threads."""
+
+    def __init__(
+        self,
+        link: ZenohLink,
+        keys: BridgeKeys | None = None,
+        *,
+        distribution: str = AUTO,
+        now_ns: Callable[[], int] = time.monotonic_ns,
+    ) -> None:
+        keys = keys or BridgeKeys()
+        self._link, self._keys, self._now_ns = link, WatchdogKeys(keys), now_ns
+        self._navigate = ActionClient(link, keys, NAVIGATE_TO_POSE, shapes_of(distribution))
+        self._watchdog = Watchdog()
+        self._beats: dict[str, int] = {}
+        self._gone: dict[str, int] = {}
+        self._left: set[str] = set()
+        self._acknowledged = self._driving = False
+        self._trip = self._refusals = 0
+        self._told: tuple[State, bool] | None = None
+        self._sequence, self._told_ns = 0, 0
+        self._lock = threading.RLock()
+
+    def start(self) -> None:
+        """Begin to hear; all of it ends with the link."""
+        self._link.subscribe(self._keys.heartbeat, self._hear_beat)
+        self._link.watch_tokens(self._keys.token(), self._hear_token)
+        self._link.answer(self._keys.reset, self._reset)
+        self._navigate.listen(lambda _: None, self._hear_goals)
+
+    @property
+    def status(self) -> Status:
+        with self._lock:
+            watchdog = self._watchdog
+            return Status(
+                state=watchdog.state,
+                reason=watchdog.reason,
+                acknowledged=self._acknowledged,
+                sequence=self._sequence,
+            )
+
+    def step(self) -> None:
+        """Judge, act, tell. Raises PortError where a handler failed, LinkLost where our own session is closed."""
+        with self._lock:
+            was_latched = self._watchdog.latched
+            wanted = self._watchdog.update(self._now_ns(), self._facts())
+            if self._watchdog.latched and not was_latched:
+                self._acknowledged, self._refusals, self._trip = False, 0, self._trip + 1
+                logger.error("WATCHDOG: %s; cancelling every navigation goal", self._watchdog.reason)
+        if wanted is Action.CANCEL:
+            self._navigate.cancel_later(action.ALL_GOALS, CANCEL_S, partial(self._hear_answer, self._trip))
+        self._tell()
+        self._link.check()  # last: a handler that fails keeps nobody from cancelling
+
+    def _facts(self, *, reset: bool = False) -> Facts:
+        return Facts(
+            dict(self._beats), dict(self._gone), frozenset(self._left), self._acknowledged, self._driving, reset
+        )
+
+    def _tell(self) -> None:
+        now_ns, status = self._now_ns(), self.status
+        news = (status.state, status.acknowledged) != self._told
+        if news or now_ns - self._told_ns >= round(STATUS_S * 1e9):
+            if news:
+                logger.info("watchdog %s%s", status.state, f": {status.reason}" if status.reason else "")
+            self._told, self._told_ns, self._sequence = (status.state, status.acknowledged), now_ns, self._sequence + 1
+            self._link.put(self._keys.status, packed(status), drop=True)
+
+    # Hearing (on Zenoh's threads)
+
+    def _hear_beat(self, payload: bytes) -> None:
+        try:
+            beat = unpacked(Beat, payload)
+        except WatchdogWireError as error:
+            logger.warning("a heartbeat was ignored: %s", error)
+            return
+        with self._lock:
+            if beat.workstation not in self._beats and not self._room():
+                logger.warning("a heartbeat of workstation %s was ignored: too many", beat.workstation[:8])
+                return
+            (self._left.add if beat.state == "goodbye" else self._left.discard)(beat.workstation)
+            self._beats[beat.workstation] = self._now_ns()
+
+    def _room(self) -> bool:
+        """Makes room for one more workstation; who is silent for long while nothing is latched was let go before."""
+        if not self._watchdog.latched:
+            old_ns = self._now_ns() - OLD_NS
+            for name in [name for name, beat_ns in self._beats.items() if beat_ns < old_ns]:
+                del self._beats[name]
+                self._left.discard(name)
+                self._gone.pop(name, None)
+        return len(self._beats) < WORKSTATIONS_MAX
+
+    def _hear_token(self, key: str, there: bool) -> None:
+        workstation = key.rsplit("/", 1)[-1]
+        with self._lock:
+            if there:
+                self._gone.pop(workstation, None)
+            elif workstation in self._beats:
+                self._gone[workstation] = self._now_ns()
+
+    def _hear_goals(self, statuses: dict[bytes, int]) -> None:
+        self._driving = any(status in (action.ACCEPTED, action.EXECUTING) for status in statuses.values())
+
+    def _hear_answer(self, trip: int, answer: Answer) -> None:
+        """An answer to the cancel of an earlier trip says nothing about this one."""
+        code = None if answer.message is None else int(answer.message.return_code)
+        with self._lock:
+            if trip != self._trip:
+                return
+            if code in TAKEN:
+                self._acknowledged = True
+                return
+            self._refusals += 1
+            refusals = self._refusals
+        if refusals & (refusals - 1) == 0:  # 1, 2, 4, 8 ...: five a second would bury the rest of the log
+            why = answer.why or f"Nav2 answered {code}"
+            logger.error("WATCHDOG: the cancel was not taken (%d times so far): %s", refusals, why)
+
+    def _reset(self, _payload: bytes) -> bytes:
+        """A person asks: refused while Nav2 has not acknowledged the cancel. Nothing moves by it."""
+        with self._lock:
+            if not self._watchdog.latched:
+                return packed(ResetReply(ok=True, reason="it was not latched"))
+            if not self._acknowledged or self._driving:
+                return packed(ResetReply(ok=False, reason="Nav2 has not stopped every goal: use the remote"))
+            self._watchdog.update(self._now_ns(), self._facts(reset=True))
+        logger.warning("the watchdog was reset by a person")
+        return packed(ResetReply(ok=True))

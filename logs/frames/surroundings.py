@@ -1,0 +1,79 @@
+"""What a recording knows of free space: the navigation map and the lidar's clouds, posed in the map frame."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from drivers.ports import LidarCloud, PoseUnavailable
+from drivers.ros.clouds import cloud_of
+from drivers.ros.convert import grid_of
+from drivers.ros.messages import WireError, decode
+from logs.frames.plan import RecordingError, scan
+from logs.frames.reader import FrameReader
+from logs.mcap_io.reader import LogReader
+from openbelief.arrays import Array
+from openbelief.backprojection import backproject
+from openbelief.observation import RgbdFrame
+from openbelief.occupancy import from_points
+from openbelief.parameters import Parameters
+from openbelief.pose import apply
+from openbelief.traversability import OccupancyGrid
+
+DEPTH_STEP_PX = 8  # the floor is flat: a sixty-fourth of the pixels shows it, and 100 frames stay below a second
+GRID, CLOUD = "nav_msgs/msg/OccupancyGrid", "sensor_msgs/msg/PointCloud2"
+
+
+def navigation_map(path: str | os.PathLike[str], topic: str = "/map") -> OccupancyGrid:
+    """The newest map of a topic, raises RecordingError where there is none and WireError where it cannot be used."""
+    newest = None
+    for message in LogReader(Path(path), prefix=True).messages({topic}):
+        if message.type_name == GRID:
+            newest = message
+    if newest is None:
+        raise RecordingError(f"{Path(path).name} holds no navigation map on {topic}.")
+    return grid_of(decode(newest.payload, GRID))
+
+
+def grid_from_what_was_seen(path: str | os.PathLike[str], *, map_frame: str = "map") -> OccupancyGrid:
+    """A grid for a recording without a navigation map, from every lidar hit and every eighth row and column of depth.
+
+    Raises RecordingError where the recording holds neither with its transforms.
+    """
+    hits = [apply(T_map_lidar, cloud.points) for cloud, T_map_lidar in lidar_clouds(path, map_frame=map_frame)]
+    try:
+        hits += [_depth_hits(frame) for frame in FrameReader(path, map_frame=map_frame)]
+    except RecordingError:
+        if not hits:
+            raise  # neither lidar nor camera; it says what is missing
+    if not sum(len(points) for points in hits):
+        raise RecordingError(
+            f"{Path(path).name} holds no navigation map, and neither lidar nor depth to make one from."
+        )
+    return from_points(np.concatenate(hits))
+
+
+def _depth_hits(frame: RgbdFrame) -> Array:
+    """(n, 3), map frame: a sixty-fourth of a frame's depth."""
+    sparse = np.zeros(frame.depth_m.shape, dtype=bool)
+    sparse[::DEPTH_STEP_PX, ::DEPTH_STEP_PX] = True
+    return backproject(sparse, frame, Parameters())
+
+
+def lidar_clouds(
+    path: str | os.PathLike[str], *, map_frame: str = "map", max_tf_gap_s: float = 0.25
+) -> Iterator[tuple[LidarCloud, Array]]:
+    """Every cloud with its (4, 4) T_map_lidar; clouds that are unreadable or have no transform are left out."""
+    log = LogReader(Path(path), prefix=True)
+    tree = scan(log, max_tf_gap_s).tree
+    for message in log:
+        if message.type_name != CLOUD or message.encoding != "cdr":
+            continue
+        try:
+            cloud = cloud_of(decode(message.payload, CLOUD))
+            yield cloud, tree.lookup(cloud.stamp_ns, map_frame, cloud.frame_id)
+        except (WireError, PoseUnavailable):
+            continue  # thousands follow; a gap in the lidar leaves cells unknown, which are never driven through

@@ -1,0 +1,124 @@
+"""The decisions of a mission, and the notes beside them."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+from logs.trial.parts import Decision, Note, Part, PlanarPose
+
+
+class Scored(Part):
+    object_id: int
+    score: float
+    visual: float | None
+    language: float | None
+    label: str | None
+
+
+class Ranking(Decision):
+    """retrieve(q, R_q): the best remaining candidates, best first; empty is the paper's NONE."""
+
+    topic: ClassVar[str] = "/trial/ranking"
+    target: str
+    readout: str
+    rejected: tuple[int, ...]
+    set_aside: tuple[int, ...]
+    candidates: tuple[Scored, ...]
+
+
+class Chosen(Decision):
+    """The candidate i of attempt k."""
+
+    topic: ClassVar[str] = "/trial/candidate"
+    attempt: int
+    object_id: int
+    label: str
+    score: float
+
+
+class Goal(Decision):
+    """A goal pose, or the reason why there is none. path_length_m is the planner's."""
+
+    topic: ClassVar[str] = "/trial/goal"
+    object_id: int
+    purpose: Literal["approach", "re-observe"]
+    pose: PlanarPose | None
+    expected_visibility: float | None
+    path_length_m: float | None
+    reason: str
+
+
+class Check(Part):
+    """One arrival check: its value against its threshold; None where there was nothing to measure."""
+
+    value: float | None
+    threshold: float
+
+
+class Checks(Decision):
+    """The three ordered checks at a candidate, and the verdict."""
+
+    topic: ClassVar[str] = "/trial/checks"
+    object_id: int
+    frame_stamp_ns: int
+    visibility: Check
+    semantic: Check
+    geometric: Check
+    expected: int
+    occluded: float
+    out_of_view: float
+    no_depth: float
+    see_through: float
+    pose_error_m: float
+    mask_index: int | None
+    verdict: str
+    reason: str
+
+
+class Exclusion(Decision):
+    """A candidate that retrieval leaves out from now on: rejected is evidence, set aside is not."""
+
+    topic: ClassVar[str] = "/trial/exclusion"
+    object_id: int
+    where: Literal["rejected", "set aside"]
+    because: str
+
+
+class Transition(Decision):
+    """A state left for another by an event, and why."""
+
+    topic: ClassVar[str] = "/trial/transition"
+    source: str
+    event: str
+    target: str
+    because: str
+
+
+class Ended(Decision):
+    """How the mission ended."""
+
+    topic: ClassVar[str] = "/trial/outcome"
+    end: str
+    reason: str
+    visits: int
+    object_id: int | None
+    rejected: tuple[int, ...]
+    set_aside: tuple[int, ...]
+
+
+class Feedback(Note):
+    """What the navigator said on the way."""
+
+    topic: ClassVar[str] = "/trial/feedback"
+    stamp_ns: int
+    pose: PlanarPose
+    distance_remaining_m: float
+    navigation_time_s: float
+    recoveries: int
+
+
+class Told(Note):
+    """A sentence shown to the operator."""
+
+    topic: ClassVar[str] = "/trial/told"
+    sentence: str

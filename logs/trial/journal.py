@@ -1,0 +1,40 @@
+"""Where a mission writes what it consumed and decided: to a file (logs.trial.file) or to a list."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol, TypeAlias
+
+from drivers.ports import CameraFrame, LidarCloud
+from logs.trial.records import Record
+from openbelief.traversability import OccupancyGrid
+
+Attached: TypeAlias = CameraFrame | LidarCloud | OccupancyGrid | None
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A record, with the images, points or grid that it is about."""
+
+    record: Record
+    attached: Attached = None
+
+
+class Journal(Protocol):
+    def write(self, record: Record, attached: Attached = None) -> None:
+        """Keep one record; what a decision saw comes before the decision."""
+        ...
+
+
+@dataclass
+class ListJournal:
+    """A journal in memory."""
+
+    entries: list[Entry] = field(default_factory=list)
+
+    def write(self, record: Record, attached: Attached = None) -> None:
+        self.entries.append(Entry(record, attached))
+
+    @property
+    def decisions(self) -> list[Record]:
+        return [entry.record for entry in self.entries if entry.record.role == "decision"]

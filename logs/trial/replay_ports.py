@@ -1,0 +1,273 @@
+"""The ports of a recorded trial: the same answers in the same order, a complaint when others are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeVar
+
+import numpy as np
+
+from drivers.clock import SimClock
+from drivers.ports import (
+    CameraFrame,
+    LidarCloud,
+    LinkLost,
+    NavigationFeedback,
+    NavigationResult,
+    NavigationStatus,
+    PathPlan,
+    PortError,
+    Ports,
+    PoseUnavailable,
+    Reaction,
+    StaleData,
+    Verdict,
+)
+from logs.trial import records
+from logs.trial.compare import TOLERANCE
+from logs.trial.journal import Entry
+from openbelief.arrays import Array
+from openbelief.observation import Mask, RgbdFrame
+from openbelief.pose import Pose2
+from openbelief.traversability import OccupancyGrid
+
+Kind = TypeVar("Kind", bound=records.Record)
+PORT_ERRORS = {kind.__name__: kind for kind in (PortError, StaleData, PoseUnavailable, LinkLost)}
+# What may come next while a goal is under way and has no result yet.
+DURING_A_DRIVE = (records.Stop, records.CancelAnswer, records.Supervised)
+
+
+class Divergence(PortError):
+    """The mission asked for something else than the trial holds."""
+
+
+class RecordedInputs:
+    """The inputs of a trial, each given out once, in order."""
+
+    def __init__(self, entries: Sequence[Entry]) -> None:
+        self._entries = [entry for entry in entries if entry.record.role == "input"]
+        self._given = 0
+        self._polls = 0
+
+    @property
+    def left(self) -> int:
+        return len(self._entries) - self._given
+
+    @property
+    def upcoming(self) -> records.Record | None:
+        return self._entries[self._given].record if self.left else None
+
+    def take(self, kind: type[Kind], call: str) -> tuple[Kind, Entry]:
+        """The next input, which must be of that kind; raises what the port raised then, or Divergence."""
+        self.raise_failure(call)
+        record = self.upcoming
+        if not isinstance(record, kind):
+            what = "the trial ends there" if record is None else f"the trial has {record.topic} there"
+            raise Divergence(f"input {self._given + 1}: the mission asked for {call}, but {what}")
+        return record, self._next()
+
+    def raise_failure(self, call: str) -> None:
+        """Raise what the port raised at this call, if that is next."""
+        failure = self.upcoming
+        if isinstance(failure, records.PortFailure) and failure.call == call and failure.polls <= self._polls:
+            self._next()
+            raise _error(failure)
+
+    def stop(self) -> str | None:
+        """The operator's STOP, at the very poll at which it was heard."""
+        self.raise_failure("operator.stop_requested")
+        record = self.upcoming
+        if isinstance(record, records.Stop) and record.polls <= self._polls:
+            self._next()
+            return record.because
+        self._polls += 1
+        return None
+
+    def verdict(self) -> records.Supervised | None:
+        """The supervisor's next verdict, at the very poll at which it came; None before it."""
+        self.raise_failure("safety.verdict")
+        record = self.upcoming
+        if isinstance(record, records.Supervised) and record.polls <= self._polls:
+            self._next()
+            return record
+        return None
+
+    def _next(self) -> Entry:
+        entry = self._entries[self._given]
+        self._given += 1
+        self._polls = 0
+        return entry
+
+
+def replay_ports(entries: Sequence[Entry]) -> Ports:
+    """One body behind every port, fed from a trial's entries. The clock passes only in sleep.
+
+    Another perception can stand before the recorded one: logs.trial.perception_comparison.
+    """
+    inputs = RecordedInputs([entry for entry in entries if not isinstance(entry.record, records.Query)])
+    return Ports(
+        clock=SimClock(0),
+        camera=ReplayCamera(inputs),
+        poses=ReplayPoses(inputs),
+        map=ReplayMap(inputs),
+        navigator=ReplayNavigator(inputs),
+        operator=ReplayOperator(inputs),
+        perception=ReplayPerception(inputs, entries),
+        lidar=ReplayLidar(inputs) if _had_lidar(entries) else None,
+        safety=ReplaySafety(inputs),
+    )
+
+
+def _had_lidar(entries: Sequence[Entry]) -> bool:
+    """Whether the mission asked a lidar; trials of before it was used have none."""
+    return any(
+        isinstance(e.record, records.Cloud)
+        or (isinstance(e.record, records.PortFailure) and e.record.call == "lidar.latest")
+        for e in entries
+    )
+
+
+class ReplayCamera:
+    def __init__(self, inputs: RecordedInputs) -> None:
+        self._inputs = inputs
+
+    def latest(self, max_age_s: float) -> CameraFrame:  # noqa: ARG002 - how old it was then is what counts
+        _, entry = self._inputs.take(records.Frame, "camera.latest")
+        if not isinstance(entry.attached, CameraFrame):
+            raise Divergence("the trial's frame has no images")
+        return entry.attached
+
+
+class ReplayLidar:
+    def __init__(self, inputs: RecordedInputs) -> None:
+        self._inputs = inputs
+
+    def latest(self, max_age_s: float) -> LidarCloud:  # noqa: ARG002
+        _, entry = self._inputs.take(records.Cloud, "lidar.latest")
+        if not isinstance(entry.attached, LidarCloud):
+            raise Divergence("the trial's cloud has no points")
+        return entry.attached
+
+
+class ReplaySafety:
+    """The verdict of the trial's supervisor: GO until it says something else."""
+
+    def __init__(self, inputs: RecordedInputs) -> None:
+        self._inputs = inputs
+        self._verdict = Verdict()
+
+    def verdict(self, goal: Pose2 | None) -> Verdict:  # noqa: ARG002
+        if (record := self._inputs.verdict()) is not None:
+            self._verdict = Verdict(Reaction(record.reaction), record.condition, record.sentence)
+        return self._verdict
+
+
+class ReplayPoses:
+    def __init__(self, inputs: RecordedInputs) -> None:
+        self._inputs = inputs
+
+    def transform_at(self, stamp_ns: int, frame_id: str) -> Array:
+        record, _ = self._inputs.take(records.Transform, "poses.transform_at")
+        _same_question("transform_at", (stamp_ns, frame_id), (record.stamp_ns, record.frame_id))
+        return record.matrix()
+
+    def robot_pose(self, max_age_s: float) -> Pose2:  # noqa: ARG002
+        return self._inputs.take(records.RobotPose, "poses.robot_pose")[0].pose.pose2()
+
+
+class ReplayMap:
+    def __init__(self, inputs: RecordedInputs) -> None:
+        self._inputs = inputs
+
+    def latest(self) -> OccupancyGrid:
+        _, entry = self._inputs.take(records.MapUsed, "map.latest")
+        if not isinstance(entry.attached, OccupancyGrid):
+            raise Divergence("the trial's map has no cells")
+        return entry.attached
+
+
+class ReplayPerception:
+    """Its id and its kind of features are those of the trial's first masks."""
+
+    def __init__(self, inputs: RecordedInputs, entries: Sequence[Entry]) -> None:
+        self._inputs = inputs
+        first = next((e.record for e in entries if isinstance(e.record, records.Segments)), None)
+        self.id = first.perception if first else "none"
+        self.feature_text_aligned = first.feature_text_aligned if first else True
+
+    def perceive(self, frame: RgbdFrame) -> list[Mask]:
+        record, _ = self._inputs.take(records.Segments, "perception.perceive")
+        _same_question("perceive", frame.stamp_ns, record.stamp_ns)
+        return [segment.mask() for segment in record.masks]
+
+
+class ReplayNavigator:
+    def __init__(self, inputs: RecordedInputs) -> None:
+        self._inputs = inputs
+        self._ended: NavigationResult | None = None
+
+    def unavailable(self) -> str | None:
+        return self._inputs.take(records.NavigatorState, "navigator.unavailable")[0].unavailable
+
+    def plan(self, goal: Pose2) -> PathPlan:
+        record, _ = self._inputs.take(records.Plan, "navigator.plan")
+        _same_goal("plan", goal, record.goal)
+        return PathPlan(record.length_m, record.reason, record.way)
+
+    def send(self, goal: Pose2) -> NavigationResult | None:
+        self._ended = None
+        record, _ = self._inputs.take(records.GoalAnswer, "navigator.send")
+        _same_goal("send", goal, record.goal)
+        if record.status is not None:
+            self._ended = NavigationResult(NavigationStatus(record.status), record.reason, record.code)
+        return self._ended
+
+    def feedback(self) -> NavigationFeedback | None:
+        self._inputs.raise_failure("navigator.feedback")
+        return None
+
+    def result(self) -> NavigationResult | None:
+        """None while the trial has a STOP or a cancel before the goal's end."""
+        following = self._inputs.upcoming
+        elsewhere = isinstance(following, records.PortFailure) and following.call != "navigator.result"
+        if self._ended is None and not (isinstance(following, DURING_A_DRIVE) or elsewhere):
+            record, _ = self._inputs.take(records.NavigationEnd, "navigator.result")
+            self._ended = NavigationResult(NavigationStatus(record.status), record.reason, record.code)
+        return self._ended
+
+    def cancel(self, *, because: str) -> NavigationResult:  # noqa: ARG002 - the reason is ours, the answer recorded
+        record, _ = self._inputs.take(records.CancelAnswer, "navigator.cancel")
+        return NavigationResult(NavigationStatus(record.status), record.reason, record.code)
+
+
+class ReplayOperator:
+    def __init__(self, inputs: RecordedInputs) -> None:
+        self._inputs = inputs
+
+    def confirm(self, question: str, timeout_s: float) -> str:  # noqa: ARG002
+        return self._inputs.take(records.OperatorReply, "operator.confirm")[0].reply
+
+    def stop_requested(self) -> str | None:
+        return self._inputs.stop()
+
+    def tell(self, sentence: str) -> None:  # noqa: ARG002 - there is nobody to tell
+        self._inputs.raise_failure("operator.tell")
+
+
+def _error(failure: records.PortFailure) -> Exception:
+    """The exception again: a port's own, or one of the same name and words."""
+    known = PORT_ERRORS.get(failure.kind)
+    if known is not None:
+        return known(failure.message)
+    return type(failure.kind, (RuntimeError,), {})(failure.message)
+
+
+def _same_goal(call: str, asked: Pose2, recorded: records.PlanarPose) -> None:
+    a, b = np.array([asked.x, asked.y, asked.yaw]), np.array([recorded.x, recorded.y, recorded.yaw])
+    if np.abs(a - b).max() > TOLERANCE:
+        raise Divergence(f"the mission asked to {call} {np.round(a, 3).tolist()}, the trial {np.round(b, 3).tolist()}")
+
+
+def _same_question(call: str, asked: object, recorded: object) -> None:
+    if asked != recorded:
+        raise Divergence(f"the mission asked {call} {asked}, the trial {recorded}")

@@ -1,0 +1,65 @@
+"""A site's folder: the authority, and for each machine what it needs and no more."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from robot_app.certs.certificates import Identity, issue, make_authority, write_new
+from robot_app.certs.zenoh import LOOPBACK, ROBOT, VIEWER, WORKSTATION, ZenohSite
+
+NOTE = "// Made by openbelief certs. docs/security.md says what each part is for.\n"
+
+
+def make_site(folder: Path, site: ZenohSite, names: Sequence[str], now_ns: int, days: int) -> list[Path]:
+    """Everything of a new site, or nothing; FileExistsError where the folder is there. Returns the files."""
+    if os.path.lexists(folder):
+        raise FileExistsError(f"{folder} exists")
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    unfinished = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))  # 0700
+    try:
+        _write_site(unfinished, site, names, now_ns, days)
+        unfinished.rename(folder)
+    except BaseException:
+        shutil.rmtree(unfinished)
+        raise
+    return sorted(path for path in folder.rglob("*") if path.is_file())
+
+
+def _write_site(folder: Path, site: ZenohSite, names: Sequence[str], now_ns: int, days: int) -> None:
+    authority = make_authority(f"openbelief site {site.robot}", now_ns, days)
+    authority.write(folder, "ca")
+    hosts = list(dict.fromkeys([site.robot, LOOPBACK, "localhost", *names]))
+    for name, reached_at, server in ((ROBOT, hosts, True), (WORKSTATION, [], False), (VIEWER, [], False)):
+        identity = issue(authority, name, reached_at, now_ns, days, server=server)
+        _write_machine(folder / name, authority, identity)
+    for name, config in (("router.json5", site.router()), ("bridge.json5", site.bridge())):
+        _write(folder / ROBOT / name, NOTE + json.dumps(config, indent=2) + "\n")
+    _write(folder / ROBOT / "robot.toml", _section(site.local_endpoint, site.namespace, None))
+    for name in (WORKSTATION, VIEWER):
+        _write(folder / name / "robot.toml", _section(site.endpoint, site.namespace, name))
+
+
+def _write_machine(folder: Path, authority: Identity, identity: Identity) -> None:
+    folder.mkdir(mode=0o700)
+    identity.write(folder)
+    write_new(folder / "ca.pem", authority.pem, 0o644)
+
+
+def _section(endpoint: str, namespace: str, name: str | None) -> str:
+    """robot.toml's [zenoh], to be kept beside the certificates; without a name there is no certificate to show."""
+    values: dict[str, Any] = {"endpoint": endpoint, "namespace": namespace}
+    if name is not None:
+        values |= {"ca": "ca.pem", "certificate": f"{name}.pem", "key": f"{name}.key"}
+    bodies = "".join(f'{port} = "ros"\n' for port in ("camera", "lidar", "pose", "map", "navigator"))
+    lines = "".join(f"{key} = {json.dumps(value)}\n" for key, value in values.items())
+    return f"[ports]\n{bodies}\n[zenoh]\n{lines}"
+
+
+def _write(path: Path, text: str) -> None:
+    write_new(path, text.encode(), 0o644)

@@ -1,0 +1,101 @@
+"""One mission from a configuration: open the robot, ask, record the trial."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from behaviors.events import USE_THE_REMOTE, Outcome
+from drivers.clock import SystemClock
+from drivers.ports import Clock, Operator
+from logs.structured import configure
+from openbelief.memory import ObjectMemory
+from robot_app.app import Robot, mission_perception, mission_text_encoder, open_robot
+from robot_app.config import Config, ConfigError, dump_config
+from robot_app.mission.safety import Watch, watched
+from robot_app.mission.trials import run_recorded
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A mission's outcome and its trial. failure: why the trial is not on the disk, None where it is."""
+
+    outcome: Outcome
+    trial: Path
+    failure: str | None
+
+
+class Missions:
+    """Missions of one operator on one robot over one frozen memory."""
+
+    def __init__(
+        self,
+        config: Config,
+        robot: Robot,
+        memory: ObjectMemory,
+        memory_path: Path,
+        operator: Operator,
+        watch: Watch,
+    ) -> None:
+        self._config, self._robot, self._memory, self._memory_path = config, robot, memory, memory_path
+        self._parameters = config.mission_parameters(memory.parameters)
+        self.watch = watch
+        perception = mission_perception(config, mission_text_encoder(config))
+        self.ports = replace(robot.ports(operator, perception, watch.safety), navigator=watch.navigator)
+
+    def ask(self, sentence: str, trial: Path | None = None) -> Recorded:
+        """Run one mission to its end. Raises ValueError where the sentence names nothing."""
+        self.watch.heartbeat.resume()
+        trial_id = f"{self._robot.clock.now_ns()}"
+        path = trial or _unused(self._config.trials / f"trial_{trial_id}.mcap")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        outcome, failure = run_recorded(
+            path,
+            sentence,
+            ports=self.ports,
+            memory=self._memory,
+            memory_path=self._memory_path,
+            parameters=self._parameters,
+            policy=self._config.mission,
+            trial_id=trial_id,
+            query_id=f"{trial_id}-1",
+            configuration=dump_config(self._config),
+        )
+        if USE_THE_REMOTE in outcome.reason.lower():
+            self.watch.heartbeat.abandon()  # our cancel went unanswered: the watchdog on the robot cancels there
+        return Recorded(outcome, path, failure)
+
+
+def _unused(path: Path) -> Path:
+    """The path, numbered where it is taken: a simulated robot wakes at the same moment every time."""
+    numbered = (path.with_stem(f"{path.stem}_{number}") for number in itertools.count(2))
+    return next(each for each in itertools.chain([path], numbered) if not each.exists())
+
+
+@contextmanager
+def open_missions(config: Config, operator: Operator) -> Iterator[Missions]:
+    """Memory and robot of a configuration. Raises ConfigError, BeliefFileError or PortError with a sentence."""
+    if config.memory is None:
+        raise ConfigError('no memory is named: say memory = "site.belief" (openbelief map makes one)')
+    memory = ObjectMemory.open(config.memory, text_encoder=mission_text_encoder(config))
+    with (
+        open_robot(config, operator.stop_requested) as robot,
+        _log_file(config.trials / "log.jsonl", robot.clock),
+        watched(config, robot, memory) as watch,
+    ):
+        yield Missions(config, robot, memory, config.memory, operator, watch)
+
+
+@contextmanager
+def _log_file(path: Path, clock: Clock) -> Iterator[None]:
+    """The structured log of these missions goes beside their trials; the screen is the operator's."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("a", encoding="utf-8", buffering=1) as stream:
+        configure(clock, stream, json_lines=True)
+        try:
+            yield
+        finally:
+            configure(SystemClock())

@@ -1,0 +1,197 @@
+"""Camera, lidar, poses and map of a recording (not of a trial), played by a clock: hardware-in-the-loop's other half.
+
+The recording begins when its first body is made; stamps are moved by as much, so that ages mean what they meant. What
+came before the clock's now can be had, what came after cannot. At its end everything grows stale; it does not loop.
+As with the real drivers, `take_frames`, `take_clouds` and `take_imu` give a recorder all that came since the last call.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+from drivers.ports import CameraFrame, Clock, LidarCloud, PoseUnavailable, StaleData
+from drivers.ros.clouds import cloud_of
+from drivers.ros.convert import grid_of
+from drivers.ros.messages import decode
+from drivers.topics import IMU_TYPE
+from logs.frames.plan import RecordingError, Scan, scan
+from logs.frames.reader import FrameReader
+from logs.frames.surroundings import grid_from_what_was_seen
+from logs.mcap_io.reader import LogMessage, LogReader
+from openbelief.arrays import Array
+from openbelief.observation import RgbdFrame
+from openbelief.pose import Pose2
+from openbelief.traversability import OccupancyGrid
+from sim_fakes.playback.imu import CAMERA_IMU_NAMES, LIDAR_IMU_NAMES, RecordingImu, imu_topic
+from sim_fakes.playback.timeline import Newest, TimeLine
+
+CLOUD, GRID = "sensor_msgs/msg/PointCloud2", "nav_msgs/msg/OccupancyGrid"
+MAX_TF_GAP_S = 0.25
+
+
+class RecordingPorts:
+    """The bodies of one recording, all on one time line. Raises LogError or RecordingError where it cannot be used."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._reader = FrameReader(path, max_tf_gap_s=MAX_TF_GAP_S)
+        self._offset_ns: int | None = None
+
+    @cached_property
+    def start_ns(self) -> int:
+        """The stamp of its first frame."""
+        if not self._reader.plan.frames:
+            raise RecordingError(f"{self._path.name} holds no usable RGB-D frame: {dict(self._reader.skipped)}")
+        return self._reader.plan.frames[0].stamp_ns
+
+    def camera(self, clock: Clock) -> RecordingCamera:
+        """With an IMU where the recording holds the camera's."""
+        frame_ids, line = dict(self._scan.color[str(self._reader.plan.topics.color)]), self._line(clock)
+        imu = self._imu(CAMERA_IMU_NAMES)
+        if imu is None:
+            return RecordingCamera(self._reader, frame_ids, line)
+        return RecordingCameraWithImu(self._reader, frame_ids, line, imu)
+
+    def lidar(self, clock: Clock) -> RecordingLidar:
+        """With an IMU where the recording holds the lidar's."""
+        clouds, line, imu = self._messages(CLOUD, "lidar"), self._line(clock), self._imu(LIDAR_IMU_NAMES)
+        return RecordingLidar(clouds, line) if imu is None else RecordingLidarWithImu(clouds, line, imu)
+
+    def pose(self, clock: Clock) -> RecordingPoses:
+        return RecordingPoses(self._scan, self._line(clock))
+
+    def map(self, clock: Clock) -> RecordingMap | BuiltMap:
+        """The recorded one; where there is none, a grid of all that the walk's lidar and depth camera saw."""
+        if not self._topics(GRID):
+            return BuiltMap(grid_from_what_was_seen(self._path))
+        return RecordingMap(self._messages(GRID, "map"), self._line(clock))
+
+    @cached_property
+    def _scan(self) -> Scan:
+        return scan(LogReader(self._path, prefix=True), MAX_TF_GAP_S)
+
+    def _line(self, clock: Clock) -> TimeLine:
+        if self._offset_ns is None:
+            self._offset_ns = clock.now_ns() - self.start_ns
+        return TimeLine(clock, self._offset_ns)
+
+    def _messages(self, type_name: str, what: str) -> Iterator[LogMessage]:
+        topics = self._topics(type_name)
+        if not topics:
+            raise RecordingError(f"{self._path.name} holds no {what} ({type_name}): take another body for that port")
+        return LogReader(self._path, prefix=True).messages({topics[0]})
+
+    def _imu(self, names: tuple[str, tuple[str, ...]]) -> Iterator[LogMessage] | None:
+        topic = imu_topic(self._topics(IMU_TYPE), *names)
+        return None if topic is None else LogReader(self._path, prefix=True).messages({topic})
+
+    def _topics(self, type_name: str) -> list[str]:
+        return sorted(topic for topic, kind in self._kinds.items() if kind == type_name)
+
+    @cached_property
+    def _kinds(self) -> dict[str, str]:
+        return LogReader(self._path, prefix=True).topics()
+
+
+class RecordingCamera:
+    """The Camera port: aligned frames of the recording, decoded as time passes."""
+
+    def __init__(self, reader: FrameReader, frame_ids: dict[int, str], line: TimeLine) -> None:
+        self._frame_ids, self._line = frame_ids, line
+        self._newest: Newest[RgbdFrame] = Newest((frame.stamp_ns, frame) for frame in reader)
+
+    def latest(self, max_age_s: float) -> CameraFrame:
+        stamp_ns, frame = self._line.fresh("Camera", self._newest.at(self._line.now_ns()), max_age_s)
+        return self._frame(stamp_ns, frame)
+
+    def take_frames(self) -> list[CameraFrame]:
+        taken = self._newest.take("Camera", self._line.now_ns())
+        return [self._frame(stamp_ns + self._line.offset_ns, frame) for stamp_ns, frame in taken]
+
+    def _frame(self, stamp_ns: int, frame: RgbdFrame) -> CameraFrame:
+        frame_id = self._frame_ids[frame.stamp_ns]
+        return CameraFrame(stamp_ns, frame.color, frame.depth_m, frame.intrinsics, frame_id)
+
+
+class RecordingLidar:
+    """The Lidar port."""
+
+    def __init__(self, messages: Iterator[LogMessage], line: TimeLine) -> None:
+        self._line = line
+        clouds = (cloud_of(decode(message.payload, message.type_name)) for message in messages)
+        self._newest: Newest[LidarCloud] = Newest((cloud.stamp_ns, cloud) for cloud in clouds)
+
+    def latest(self, max_age_s: float) -> LidarCloud:
+        stamp_ns, cloud = self._line.fresh("Lidar", self._newest.at(self._line.now_ns()), max_age_s)
+        return replace(cloud, stamp_ns=stamp_ns)
+
+    def take_clouds(self) -> list[LidarCloud]:
+        taken = self._newest.take("Lidar", self._line.now_ns())
+        return [replace(cloud, stamp_ns=stamp_ns + self._line.offset_ns) for stamp_ns, cloud in taken]
+
+
+class RecordingCameraWithImu(RecordingCamera):
+    def __init__(
+        self, reader: FrameReader, frame_ids: dict[int, str], line: TimeLine, imu: Iterator[LogMessage]
+    ) -> None:
+        super().__init__(reader, frame_ids, line)
+        self.take_imu = RecordingImu(imu, line).take_imu
+
+
+class RecordingLidarWithImu(RecordingLidar):
+    def __init__(self, messages: Iterator[LogMessage], line: TimeLine, imu: Iterator[LogMessage]) -> None:
+        super().__init__(messages, line)
+        self.take_imu = RecordingImu(imu, line).take_imu
+
+
+class RecordingPoses:
+    """The PoseSource port: the recording's transforms, up to now."""
+
+    def __init__(self, found: Scan, line: TimeLine) -> None:
+        self._tree, self._line = found.tree, line
+
+    def transform_at(self, stamp_ns: int, frame_id: str) -> Array:
+        recorded_ns = stamp_ns - self._line.offset_ns
+        if recorded_ns > self._line.now_ns():
+            raise PoseUnavailable(f"The stamp lies {(recorded_ns - self._line.now_ns()) / 1e9:.3f} s in the future.")
+        return self._tree.lookup(recorded_ns, "map", frame_id)
+
+    def robot_pose(self, max_age_s: float) -> Pose2:
+        try:
+            last_ns = self._tree.newest_stamp("map", "base_link")
+            at_ns = self._line.now_ns() if last_ns is None else min(last_ns, self._line.now_ns())
+            pose = Pose2.from_matrix(self._tree.lookup(at_ns, "map", "base_link"))
+            return self._line.fresh("The robot's pose", (at_ns, pose), max_age_s)[1]
+        except PoseUnavailable as error:
+            raise StaleData(f"The robot's pose: {error}") from error
+
+
+@dataclass(frozen=True)
+class BuiltMap:
+    """The Map port of a site whose recording has no map: always the same grid."""
+
+    grid: OccupancyGrid
+
+    def latest(self) -> OccupancyGrid:
+        return self.grid
+
+
+class RecordingMap:
+    """The Map port: the newest map; a latched one counts from the beginning."""
+
+    def __init__(self, messages: Iterator[LogMessage], line: TimeLine) -> None:
+        self._line = line
+        grids = ((message.log_time_ns, grid_of(decode(message.payload, message.type_name))) for message in messages)
+        first = next(grids, None)
+        self._first = first[1] if first else None
+        self._newest: Newest[OccupancyGrid] = Newest(grids)
+
+    def latest(self) -> OccupancyGrid:
+        found = self._newest.at(self._line.now_ns())
+        grid = found[1] if found else self._first
+        if grid is None:
+            raise StaleData("Map: the recording has none.")
+        return grid

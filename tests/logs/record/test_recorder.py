@@ -1,0 +1,367 @@
+"""The recorder: what was flushed survives, a disk that refuses is visible, files are whole by themselves."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+from mcap.reader import make_reader
+from pydantic import BaseModel
+from rosbags.highlevel import AnyReader
+
+from drivers.ros.messages import WireError, decode, encode, header, make
+from logs.mcap_io.reader import LogReader
+from logs.mcap_io.recover import recover
+from logs.record.disk import DiskBudget
+from logs.record.event_log import read_events
+from logs.record.recorder import LATCHED, McapRecorder, Rotation
+
+STRING = "std_msgs/msg/String"
+TF = "tf2_msgs/msg/TFMessage"
+
+
+class Verdict(BaseModel):
+    object_id: int
+    reason: str
+    score: float | None = None
+
+
+class HandClock:
+    """A clock that the test moves."""
+
+    def __init__(self, now_ns: int = 1_000_000_000_000) -> None:
+        self.time_ns = now_ns
+
+    def now_ns(self) -> int:
+        return self.time_ns
+
+    def sleep(self, seconds: float) -> None:
+        self.time_ns += int(seconds * 1e9)
+
+
+def word(text: str) -> bytes:
+    return encode(make(STRING, data=text))
+
+
+def said(path: Path) -> list[str]:
+    return [decode(m.payload, STRING).data for m in LogReader(path).messages({"/words"})]
+
+
+def test_what_was_written_is_read_back_with_its_stamps(tmp_path: Path) -> None:
+    clock = HandClock()
+    with McapRecorder(tmp_path / "a.mcap", clock) as recorder:
+        recorder.metadata("run", {"commit": "abc", "operator": "Zoë"})
+        recorder.write_cdr("/words", STRING, 5, word("one"))
+        clock.sleep(1.0)
+        recorder.write_json("/openbelief/verdict", Verdict(object_id=7, reason="wrong\nthing"), 6)
+        recorder.attach("robot.toml", "application/toml", b"speed = 1\n")
+    log = LogReader(tmp_path / "a.mcap")
+    first, second = log
+    assert (first.topic, first.type_name, first.encoding, first.stamp_ns) == ("/words", STRING, "cdr", 5)
+    assert second.log_time_ns - first.log_time_ns == 1_000_000_000
+    assert Verdict.model_validate(second.json()) == Verdict(object_id=7, reason="wrong\nthing")
+    assert log.metadata() == {"run": {"commit": "abc", "operator": "Zoë"}}
+    assert [(a.name, a.media_type, a.data) for a in log.attachments()] == [
+        ("robot.toml", "application/toml", b"speed = 1\n")
+    ]
+    assert log.topics() == {"/words": STRING, "/openbelief/verdict": "openbelief/Verdict"}
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.mcap"]
+
+
+def test_json_records_carry_the_schema_that_describes_them(tmp_path: Path) -> None:
+    with McapRecorder(tmp_path / "a.mcap", HandClock()) as recorder:
+        recorder.write_json("/openbelief/verdict", Verdict(object_id=7, reason="far"), 6)
+    with (tmp_path / "a.mcap").open("rb") as file:
+        [(schema, channel, message)] = make_reader(file, validate_crcs=True).iter_messages()
+    assert (schema.encoding, channel.message_encoding) == ("jsonschema", "json")
+    assert json.loads(schema.data)["properties"].keys() == json.loads(message.data).keys()
+
+
+def test_rosbags_opens_the_file_and_decodes_nested_types(tmp_path: Path) -> None:
+    image = make("sensor_msgs/msg/CameraInfo", header=header(17, "camera"), width=640, height=480)
+    transform = make("geometry_msgs/msg/TransformStamped", header=header(18, "map"), child_frame_id="base_link")
+    with McapRecorder(tmp_path / "a.mcap", HandClock()) as recorder:
+        recorder.write_cdr("/camera_info", "sensor_msgs/msg/CameraInfo", 17, encode(image))
+        recorder.write_cdr("/tf_static", TF, 18, encode(make(TF, transforms=[transform])))
+    with AnyReader([tmp_path / "a.mcap"]) as bag:
+        decoded = {c.topic: bag.deserialize(data, c.msgtype) for c, _, data in bag.messages()}
+        durability = {c.topic: c.ext.offered_qos_profiles[0].durability.name for c in bag.connections}
+    assert decoded["/camera_info"].width == 640
+    assert decoded["/tf_static"].transforms[0].child_frame_id == "base_link"
+    assert durability == {"/camera_info": "VOLATILE", "/tf_static": "TRANSIENT_LOCAL"}
+
+
+def test_log_times_never_run_backwards_when_the_clock_does(tmp_path: Path) -> None:
+    clock = HandClock()
+    with McapRecorder(tmp_path / "a.mcap", clock) as recorder:
+        for step_s in (1.0, -3600.0, 1.0):
+            clock.sleep(step_s)
+            recorder.write_cdr("/words", STRING, 5, word("x"))
+    times = [m.log_time_ns for m in LogReader(tmp_path / "a.mcap")]
+    assert times == sorted(times)
+
+
+def test_an_unknown_type_is_refused_and_the_recording_goes_on(tmp_path: Path) -> None:
+    with McapRecorder(tmp_path / "a.mcap", HandClock()) as recorder:
+        with pytest.raises(WireError, match="No definition of no_such/msg/Type"):
+            recorder.write_cdr("/x", "no_such/msg/Type", 1, b"")
+        recorder.write_cdr("/words", STRING, 5, word("on"))
+    assert said(tmp_path / "a.mcap") == ["on"]
+
+
+def test_a_message_too_big_for_any_reader_is_refused_by_name(tmp_path: Path) -> None:
+    with (
+        McapRecorder(tmp_path / "a.mcap", HandClock()) as recorder,
+        pytest.raises(ValueError, match="message on /words has 33554433 bytes"),
+    ):
+        recorder.write_cdr("/words", STRING, 5, bytes((32 << 20) + 1))
+
+
+def test_a_recording_is_never_overwritten(tmp_path: Path) -> None:
+    for name in ("a.mcap", "b.mcap.partial"):
+        (tmp_path / name).write_bytes(b"evidence")
+    for name in ("a.mcap", "b.mcap"):
+        with pytest.raises(FileExistsError, match="never overwritten"), McapRecorder(tmp_path / name, HandClock()):
+            pass
+    assert {p.name: p.read_bytes() for p in tmp_path.iterdir()} == {
+        "a.mcap": b"evidence",
+        "b.mcap.partial": b"evidence",
+    }
+
+
+@pytest.mark.parametrize(
+    ("left", "sentence"),
+    [
+        ("walk_002.mcap", "walk_002.mcap exists, and this recording would go on under such names: move it away"),
+        ("walk_1000.mcap.partial", "walk_1000.mcap.partial exists, and this recording would go on"),
+        ("walk.events.jsonl", "walk.events.jsonl exists: the events of an earlier recording of that name. Move it"),
+    ],
+)
+def test_what_an_old_recording_left_in_the_way_is_refused_by_name_before_anything_is_written(
+    tmp_path: Path, left: str, sentence: str
+) -> None:
+    (tmp_path / left).write_bytes(b"evidence")
+    with (
+        pytest.raises(FileExistsError, match=sentence),
+        McapRecorder(tmp_path / "walk.mcap", HandClock(), rotation=Rotation()),
+    ):
+        pass
+    assert {p.name: p.read_bytes() for p in tmp_path.iterdir()} == {left: b"evidence"}
+
+
+def test_a_file_that_appears_meanwhile_is_passed_over_and_neither_lost_nor_the_end(tmp_path: Path) -> None:
+    clock = HandClock()
+    with McapRecorder(tmp_path / "walk.mcap", clock, rotation=Rotation(every_s=10.0)) as recorder:
+        for k in range(4):
+            recorder.write_cdr("/words", STRING, k, word(str(k)))
+            (tmp_path / "walk_002.mcap").write_bytes(b"evidence")
+            clock.sleep(11.0)
+    assert [p.name for p in recorder.paths] == ["walk.mcap", "walk_001.mcap", "walk_003.mcap", "walk_004.mcap"]
+    assert [w for path in recorder.paths for w in said(path)] == list("0123")
+    assert (tmp_path / "walk_002.mcap").read_bytes() == b"evidence"
+
+
+def test_a_missing_folder_is_told_with_the_remedy(tmp_path: Path) -> None:
+    with (
+        pytest.raises(FileNotFoundError, match="nowhere is no folder: make it"),
+        McapRecorder(tmp_path / "nowhere" / "a.mcap", HandClock()),
+    ):
+        pass
+
+
+def test_a_recorder_that_was_not_started_says_so(tmp_path: Path) -> None:
+    recorder = McapRecorder(tmp_path / "a.mcap", HandClock())
+    assert recorder.state == "idle" and not list(tmp_path.iterdir())
+    with pytest.raises(ValueError, match="not started"):
+        recorder.write_cdr("/words", STRING, 5, word("x"))
+
+
+def test_threads_may_write_at_once_and_nothing_is_lost(tmp_path: Path) -> None:
+    with McapRecorder(tmp_path / "a.mcap", HandClock()) as recorder:
+
+        def write(who: int) -> None:
+            for k in range(200):
+                recorder.write_cdr(f"/words_{who}", STRING, k, word(f"{who} {k}"))
+
+        threads = [threading.Thread(target=write, args=(who,)) for who in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    stamps: dict[str, list[int]] = {}
+    for message in LogReader(tmp_path / "a.mcap"):
+        stamps.setdefault(message.topic, []).append(message.stamp_ns)
+    assert stamps == {f"/words_{who}": list(range(200)) for who in range(4)}
+
+
+KILLED = """
+import sys
+from pathlib import Path
+from drivers.clock import SystemClock
+from drivers.ros.messages import encode, make
+from logs.record.recorder import McapRecorder
+with McapRecorder(Path(sys.argv[1]), SystemClock()) as recorder:
+    recorder.metadata("run", {"id": "1"})
+    for k in range(10**9):
+        recorder.write_cdr("/words", "std_msgs/msg/String", k, encode(make("std_msgs/msg/String", data=str(k) * 50)))
+        if k % 20 == 19:
+            recorder.flush()
+            print(k + 1, flush=True)
+"""
+
+
+def test_kill_9_loses_nothing_that_was_flushed(tmp_path: Path) -> None:
+    path = tmp_path / "walk.mcap"
+    process = subprocess.Popen([sys.executable, "-c", KILLED, str(path)], stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    flushed = 0
+    for line in process.stdout:
+        flushed = int(line)
+        if flushed >= 200:
+            break
+    process.send_signal(signal.SIGKILL)
+    rest = process.stdout.read().split()
+    process.wait(timeout=10)
+    flushed = int(rest[-1]) if rest else flushed
+    assert not path.exists()
+    report = recover(tmp_path / "walk.mcap.partial", path, lambda share: None)
+    words = said(path)
+    assert len(words) >= flushed and report.messages == len(words)
+    assert words == [str(k) * 50 for k in range(len(words))]
+    assert LogReader(path).metadata()["run"] == {"id": "1"}
+
+
+FULL = """
+import resource, sys
+from pathlib import Path
+from drivers.clock import SystemClock
+from drivers.ros.messages import encode, make
+from logs.record.recorder import McapRecorder
+resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))  # the events file stays below it, the recording does not
+noise = __import__("random").Random(1)
+told = []
+with McapRecorder(Path(sys.argv[1]), SystemClock(), tell=told.append) as recorder:
+    for k in range(100):
+        text = str(k) + " " + "".join(chr(noise.randrange(33, 126)) for _ in range(5000))
+        recorder.write_cdr("/words", "std_msgs/msg/String", k, encode(make("std_msgs/msg/String", data=text)))
+        recorder.flush()
+    state = recorder.state, recorder.dropped
+print(state[0], state[1], len(told))
+print(told[0])
+"""
+
+
+def test_a_full_disk_is_visible_and_costs_nothing_that_was_written(tmp_path: Path) -> None:
+    path = tmp_path / "walk.mcap"
+    done = subprocess.run(
+        [sys.executable, "-c", FULL, str(path)], capture_output=True, text=True, timeout=60, check=True
+    )
+    (state, dropped, told), sentence = done.stdout.splitlines()[0].split(), done.stdout.splitlines()[1]
+    assert (state, told) == ("failed", "1") and int(dropped) > 0
+    assert "recording_failed" in done.stderr
+    [event] = read_events(tmp_path / "walk.events.jsonl")
+    assert event["sentence"] == sentence and "openbelief recover" in sentence
+    report = recover(tmp_path / "walk.mcap.partial", path, lambda share: None)
+    words = said(path)
+    assert [w.split()[0] for w in words] == [str(k) for k in range(len(words))]
+    assert len(words) == 100 - int(dropped) and report.loss_count == 1  # only the missing index
+
+
+NO_ROOM_FOR_THE_INDEX = """
+import resource, sys
+from pathlib import Path
+from drivers.clock import SystemClock
+from drivers.ros.messages import encode, make
+from logs.record.recorder import McapRecorder
+path = Path(sys.argv[1])
+with McapRecorder(path, SystemClock()) as recorder:
+    recorder.write_cdr("/words", "std_msgs/msg/String", 1, encode(make("std_msgs/msg/String", data="kept" * 20000)))
+    recorder.flush()
+    full = path.with_name("walk.mcap.partial").stat().st_size + 100
+    resource.setrlimit(resource.RLIMIT_FSIZE, (full, full))
+    sys.stdout.write(recorder.state + " ")
+print(recorder.state, recorder.dropped, recorder.paths)
+"""
+
+
+def test_a_disk_that_fills_up_at_the_very_end_keeps_every_message(tmp_path: Path) -> None:
+    path = tmp_path / "walk.mcap"
+    command = [sys.executable, "-c", NO_ROOM_FOR_THE_INDEX, str(path)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout == "recording failed 0 []\n"
+    assert not path.exists() and "openbelief recover" in done.stderr
+    recover(tmp_path / "walk.mcap.partial", path, lambda share: None)
+    assert said(path) == ["kept" * 20000]
+
+
+def test_a_full_disk_budget_ends_the_file_in_good_order(tmp_path: Path) -> None:
+    told: list[str] = []
+    clock = HandClock()
+    with McapRecorder(tmp_path / "a.mcap", clock, disk=DiskBudget(warn_bytes=0, stop_bytes=0), tell=told.append) as r:
+        r.write_cdr("/words", STRING, 1, word("kept"))
+        r._disk = DiskBudget(stop_bytes=1 << 62)  # the disk fills up
+        clock.sleep(2.0)
+        r.write_cdr("/words", STRING, 2, word("too late"))
+        assert (r.state, r.dropped) == ("failed", 1)
+    assert said(tmp_path / "a.mcap") == ["kept"]
+    assert len(told) == 1 and "recording stopped: only" in told[0]
+    assert read_events(tmp_path / "a.events.jsonl")[0]["event"] == "disk_full"
+
+
+def test_little_room_is_told_once_and_recording_goes_on(tmp_path: Path) -> None:
+    told: list[str] = []
+    clock = HandClock()
+    budget = DiskBudget(warn_bytes=1 << 62, stop_bytes=0)
+    with McapRecorder(tmp_path / "a.mcap", clock, disk=budget, tell=told.append) as recorder:
+        for k in range(5):
+            recorder.write_cdr("/words", STRING, k, word(str(k)))
+            clock.sleep(2.0)
+    assert said(tmp_path / "a.mcap") == list("01234")
+    assert len(told) == 1 and "GB are free" in told[0]
+
+
+def test_every_file_of_a_rotated_recording_stands_alone(tmp_path: Path) -> None:
+    clock = HandClock()
+    transform = make("geometry_msgs/msg/TransformStamped", header=header(18, "base"), child_frame_id="camera")
+    static = encode(make(TF, transforms=[transform]))
+    with McapRecorder(tmp_path / "walk.mcap", clock, rotation=Rotation(every_s=10.0)) as recorder:
+        recorder.metadata("run", {"id": "1"})
+        recorder.attach("mount.toml", "application/toml", b"x = 1", calibration=True)
+        recorder.write_cdr("/tf_static", TF, 3, static)
+        for k in range(5):
+            clock.sleep(5.0)
+            recorder.write_cdr("/words", STRING, k, word(str(k)))
+    assert [p.name for p in recorder.paths] == ["walk.mcap", "walk_001.mcap", "walk_002.mcap"]
+    assert [w for path in recorder.paths for w in said(path)] == list("01234")
+    for path in recorder.paths:
+        log = LogReader(path)
+        assert [(m.stamp_ns, m.payload) for m in log.messages({"/tf_static"})] == [(3, static)]
+        assert log.metadata()["run"] == {"id": "1"}
+        assert [a.data for a in log.attachments()] == [b"x = 1"]
+
+
+def test_the_size_too_begins_a_new_file(tmp_path: Path) -> None:
+    noise = os.urandom(60_000).hex()
+    with McapRecorder(tmp_path / "a.mcap", HandClock(), rotation=Rotation(every_bytes=100_000)) as recorder:
+        for k in range(6):
+            recorder.write_cdr("/words", STRING, k, word(noise))
+            recorder.flush()
+    assert len(recorder.paths) > 1
+    assert sum(len(said(path)) for path in recorder.paths) == 6
+
+
+def test_only_the_newest_map_is_kept_for_the_next_file(tmp_path: Path) -> None:
+    clock = HandClock()
+    with McapRecorder(tmp_path / "a.mcap", clock, rotation=Rotation(every_s=10.0)) as recorder:
+        for k in range(3):
+            recorder.write_cdr("/map", STRING, k, word(f"map {k}"))
+        clock.sleep(11.0)
+        recorder.write_cdr("/words", STRING, 9, word("next"))
+    assert LATCHED["/map"] == 1
+    assert [m.stamp_ns for m in LogReader(recorder.paths[1]).messages({"/map"})] == [2]

@@ -1,0 +1,111 @@
+"""`ask` and `run` with a person at the terminal, over the simulated small room."""
+
+from __future__ import annotations
+
+import json
+import signal
+import threading
+from pathlib import Path
+
+import pytest
+
+from logs.trial import records
+from logs.trial.file import TrialReader
+from robot_app.signals import BECAUSE
+
+ARMCHAIR = "go to the armchair"
+QUESTION = "May I walk"
+
+
+@pytest.fixture
+def config(small_site: Path) -> Path:
+    """The demo's robot.toml, with a person's yes before motion."""
+    path = small_site / "asking.toml"
+    text = (small_site / "robot.toml").read_text()
+    path.write_text(text.replace('motion = "allow"', 'motion = "ask"').replace("confirm_timeout_s = 10.0", ""))
+    return path
+
+
+def ask(terminal, capsys, config: Path, *arguments: str) -> tuple[int, dict]:
+    status = terminal(["ask", ARMCHAIR, "--config", str(config), "--json", *arguments])
+    return status, json.loads(capsys.readouterr().out)
+
+
+def test_a_yes_drives_and_what_was_asked_for_is_confirmed(terminal, config, keyboard, screen, capsys):
+    screen.reactions[QUESTION] = lambda: keyboard.type("yes")
+    status, report = ask(terminal, capsys, config)
+    assert (status, report["outcome"], report["visits"]) == (0, "CONFIRMED", 1), report["reason"]
+    assert report["trial_failure"] is None and TrialReader(Path(report["trial"])).outcome.end == "CONFIRMED"
+    assert any(line.startswith("CONFIRMED: ") for line in screen.lines)
+
+
+@pytest.mark.parametrize(("answer", "reason"), [("no", "said no"), ("stop", "said stop"), (None, "nobody answered")])
+def test_without_a_yes_the_robot_stays_and_the_exit_status_is_1(
+    terminal, config, keyboard, screen, capsys, answer, reason
+):
+    screen.reactions[QUESTION] = lambda: keyboard.type(answer) if answer else keyboard.end()
+    status, report = ask(terminal, capsys, config, "--trial", str(config.parent / "refused.mcap"))
+    assert (status, report["outcome"]) == (1, "CANCELLED") and reason in report["reason"]
+    trial = TrialReader(config.parent / "refused.mcap")
+    assert not any(isinstance(record, records.GoalAnswer) for record in trial.records)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_that_would_end_the_program_stops_the_robot_and_the_trial_is_whole(
+    terminal, config, screen, capsys, number
+):
+    screen.reactions[QUESTION] = lambda: signal.raise_signal(number)
+    before = signal.getsignal(number)
+    status, report = ask(terminal, capsys, config)
+    assert (status, report["outcome"], report["reason"]) == (1, "CANCELLED", BECAUSE[number])
+    assert TrialReader(Path(report["trial"])).outcome.reason == BECAUSE[number]
+    assert signal.getsignal(number) == before
+
+
+def test_stop_typed_during_the_drive_cancels_the_goal(terminal, config, keyboard, screen, capsys, monkeypatch):
+    import robot_app.app as app
+
+    built = app.simulation
+
+    def watched(*arguments, **options):
+        """Types stop as soon as the robot moves."""
+        simulation = built(*arguments, **options)
+        typed = threading.Event()
+
+        def look() -> None:
+            if simulation.robot.moving and not typed.is_set():
+                typed.set()
+                keyboard.type("stop")
+                keyboard.wait_until_read()
+
+        simulation.clock.every(0.1, look)
+        return simulation
+
+    monkeypatch.setattr(app, "simulation", watched)
+    screen.reactions[QUESTION] = lambda: keyboard.type("yes")
+    status, report = ask(terminal, capsys, config)
+    assert (status, report["outcome"], report["reason"]) == (1, "CANCELLED", "the operator said stop")
+    kinds = [type(record) for record in TrialReader(Path(report["trial"])).records]
+    assert kinds.index(records.GoalAnswer) < kinds.index(records.Stop) < kinds.index(records.CancelAnswer)
+    assert records.NavigationEnd not in kinds
+
+
+def test_run_takes_one_sentence_after_the_other_until_an_empty_line(terminal, config, keyboard, screen, capsys):
+    screen.reactions["Ready over"] = lambda: keyboard.type("   . ", "???", ARMCHAIR)
+    screen.reactions[QUESTION] = lambda: keyboard.type("no")
+    screen.reactions["CANCELLED: "] = lambda: screen.reactions.update({"trial: ": lambda: keyboard.type("")})
+    assert terminal(["run", "--config", str(config), "--json"]) == 0
+    [line] = capsys.readouterr().out.splitlines()
+    assert json.loads(line)["outcome"] == "CANCELLED" and json.loads(line)["query"] == ARMCHAIR
+
+
+def test_run_ends_where_the_input_ends_even_in_the_middle_of_a_question(terminal, config, keyboard, screen, capsys):
+    screen.reactions["Ready over"] = lambda: keyboard.type(ARMCHAIR)
+    screen.reactions[QUESTION] = keyboard.end
+    assert terminal(["run", "--config", str(config)]) == 0
+    assert "CANCELLED: nobody answered in time" in screen.lines
+
+
+def test_a_sentence_that_names_nothing_is_refused_in_one_line(terminal, config, screen):
+    assert terminal(["ask", "  ", "--config", str(config)]) == 1
+    assert "names nothing" in screen.lines[-1]
