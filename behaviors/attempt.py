@@ -6,7 +6,7 @@ from collections import deque
 from dataclasses import dataclass
 
 from behaviors.events import NO_PATH
-from behaviors.path_prefix import Way
+from behaviors.path_prefix import PathPrefix
 from behaviors.reobserve import ReObservation
 from behaviors.to_records import goal_record
 from drivers.ports import Ports
@@ -23,7 +23,7 @@ class Approach:
 
     goal: GoalPose
     length_m: float
-    way: Way  # its first metres
+    way: PathPrefix  # its first metres
 
 
 class Attempt:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from behaviors.events import NAVIGATION_EVENTS, NO_PATH, REPLIES, USE_THE_REMOTE, Event, Step
-from behaviors.path_prefix import Way, way_is_blocked
+from behaviors.path_prefix import PathPrefix, way_is_blocked
 from behaviors.policy import MissionPolicy
 from behaviors.supervisor import GOAL_ZONE
-from drivers.ports import NavigationResult, NavigationStatus, Ports, Reaction, Verdict
+from drivers.ports import NavigationResult, NavigationStatus, Ports, Reaction, SafetyVerdict
 from openbelief.pose import Pose2
 
 POLL_S = 0.05  # 20 Hz: a STOP is acted on within 50 ms of the clock
@@ -21,7 +21,7 @@ class RobotMayMove(RuntimeError):
     """A goal was sent and nobody acknowledged its cancel."""
 
 
-def drive(goal: Pose2, ports: Ports, policy: MissionPolicy, way: Way = ()) -> Step:
+def drive(goal: Pose2, ports: Ports, policy: MissionPolicy, way: PathPrefix = ()) -> Step:
     """Send `goal` and wait for its end: ARRIVED, UNREACHED, STOP or FAULT, with the reason.
 
     way: the first metres of the path there. A goal that lies in a forbidden zone, or that the lidar sees blocked, is
@@ -42,7 +42,7 @@ def refusal(ports: Ports) -> str | None:
     return None if verdict.reaction is Reaction.GO else verdict.sentence
 
 
-def _unsent(goal: Pose2, way: Way, ports: Ports, policy: MissionPolicy) -> Step | None:
+def _unsent(goal: Pose2, way: PathPrefix, ports: Ports, policy: MissionPolicy) -> Step | None:
     """Why the goal is not sent: STOP, the supervisor, or what the lidar sees; None where it may be."""
     verdict = _verdict(goal, ports)
     if verdict.reaction is not Reaction.GO and (step := _wait(verdict, goal, ports)):
@@ -80,7 +80,7 @@ def _stopped(because: str, ports: Ports) -> Step:
     return Step(Event.FAULT, f"{because}; {_words(end)}") if end.status in TROUBLE else Step(Event.STOP, because)
 
 
-def _supervised(verdict: Verdict, goal: Pose2, ports: Ports, policy: MissionPolicy, holds: int) -> Step:
+def _supervised(verdict: SafetyVerdict, goal: Pose2, ports: Ports, policy: MissionPolicy, holds: int) -> Step:
     """The goal is cancelled first, whatever comes after; a hold goes on with the same goal, a cancel does not."""
     end = ports.navigator.cancel(because=verdict.sentence)
     if end.status in TROUBLE:
@@ -100,7 +100,7 @@ def _unsent_again(goal: Pose2, ports: Ports, policy: MissionPolicy) -> Step | No
     return _unsent(goal, plan.way, ports, policy)
 
 
-def _wait(verdict: Verdict, goal: Pose2, ports: Ports) -> Step | None:
+def _wait(verdict: SafetyVerdict, goal: Pose2, ports: Ports) -> Step | None:
     """None once nothing holds the robot any more; it stands meanwhile."""
     deadline_ns = ports.clock.now_ns() + round(HOLD_S * 1e9)
     while verdict.reaction is not Reaction.GO:
@@ -115,7 +115,7 @@ def _wait(verdict: Verdict, goal: Pose2, ports: Ports) -> Step | None:
     return None
 
 
-def _agreed(verdict: Verdict, ports: Ports, policy: MissionPolicy) -> Step | None:
+def _agreed(verdict: SafetyVerdict, ports: Ports, policy: MissionPolicy) -> Step | None:
     """A hold that is over never moves the robot by itself, unless the configuration allows motion without asking."""
     if policy.motion == "allow":
         return None
@@ -124,8 +124,8 @@ def _agreed(verdict: Verdict, ports: Ports, policy: MissionPolicy) -> Step | Non
     return None if event is Event.APPROVED else Step(Event.STOP, because)
 
 
-def _verdict(goal: Pose2 | None, ports: Ports) -> Verdict:
-    return Verdict() if ports.safety is None else ports.safety.verdict(goal)
+def _verdict(goal: Pose2 | None, ports: Ports) -> SafetyVerdict:
+    return SafetyVerdict() if ports.safety is None else ports.safety.verdict(goal)
 
 
 def _timed_out(ports: Ports, policy: MissionPolicy) -> NavigationResult:

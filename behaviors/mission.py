@@ -36,9 +36,9 @@ from behaviors.events import (
     Step,
 )
 from behaviors.machine import MissionMachine
-from behaviors.path_prefix import Way, is_crowded
+from behaviors.path_prefix import PathPrefix, is_crowded
 from behaviors.policy import MissionPolicy
-from behaviors.query import Query
+from behaviors.query import QueryProgress
 from behaviors.to_records import (
     checks_record,
     chosen_record,
@@ -71,7 +71,7 @@ class Mission:
     ) -> None:
         self._ports, self._journal = recorded(ports, journal), journal
         self._memory, self._parameters, self._policy = memory, parameters, policy
-        self._acts: dict[str, Callable[[Query, Step], Step]] = {
+        self._acts: dict[str, Callable[[QueryProgress, Step], Step]] = {
             "query": self._query,
             "retrieve": self._retrieve,
             "confirm": self._confirm,
@@ -83,7 +83,7 @@ class Mission:
 
     def run(self, sentence: str) -> Outcome:
         """One query to its end. Raises ValueError where the sentence names nothing; other trouble ends in FAULT."""
-        query = Query(sentence)
+        query = QueryProgress(sentence)
         target_phrase(sentence)
         self._journal.write(records.Query(sentence=sentence))
         machine, step, frozen = MissionMachine(), Step(Event.ASKED, ""), fingerprint(self._memory)
@@ -101,14 +101,14 @@ class Mission:
 
     # ---- the states, in the order of Algorithm 1
 
-    def _query(self, query: Query, _: Step) -> Step:
+    def _query(self, query: QueryProgress, _: Step) -> Step:
         """Before anybody is asked anything: can and may the robot drive, does its camera see, and from where?"""
         if why := self._ports.navigator.unavailable() or refusal(self._ports):
             return Step(Event.FAULT, why)
         query.mount = camera_mount(self._ports, self._policy)
         return Step(Event.ASKED, f"looking for {query.target!r}")
 
-    def _retrieve(self, query: Query, _: Step) -> Step:
+    def _retrieve(self, query: QueryProgress, _: Step) -> Step:
         """i <- retrieve(q, R_q), over what is not set aside either; and its goal poses g_i."""
         excluded = frozenset(query.rejected + query.set_aside)
         ranking = self._memory.rank(query.sentence, self._policy.readout, excluded, RANKED)
@@ -131,7 +131,7 @@ class Mission:
             return Step(Event.UNREACHED, attempt.no_path_because)
         return Step(Event.CANDIDATE_FOUND, f"the {attempt.label} scores {ranking[0].score:.2f}")
 
-    def _confirm(self, query: Query, _: Step) -> Step:
+    def _confirm(self, query: QueryProgress, _: Step) -> Step:
         """A person's yes for this candidate: the drive, its other goal pose, and the looks around it."""
         if self._policy.motion == "allow":
             return Step(Event.APPROVED, "the configuration allows motion without asking")
@@ -142,7 +142,7 @@ class Mission:
             return Step(Event.UNSEEN, attempt.unseen_because)  # as if nobody could have been asked
         return stopped or Step(event, because)
 
-    def _navigate(self, query: Query, _: Step) -> Step:
+    def _navigate(self, query: QueryProgress, _: Step) -> Step:
         """Navigate to g_i; where that fails or something new stands there, from the next-best pose before U."""
         attempt = query.current
         if attempt.approach is None:
@@ -156,7 +156,7 @@ class Mission:
             return Step(Event.NEXT_POSE, because)
         return Step(step.event, because)  # crowded and no other pose: it looks from here
 
-    def _verify(self, query: Query, _: Step) -> Step:
+    def _verify(self, query: QueryProgress, _: Step) -> Step:
         """Acquire an arrival observation and evaluate candidate i with the three ordered checks."""
         query.arrivals += 1
         frame = arrival_frame(query.arrivals, self._ports, self._policy)
@@ -179,14 +179,14 @@ class Mission:
         low = checks.verdict is Verdict.INSUFFICIENT_VISIBILITY
         return Step(Event.LOW_VISIBILITY if low else Event.REJECTED, checks.reason)
 
-    def _re_observe(self, query: Query, last: Step) -> Step:
+    def _re_observe(self, query: QueryProgress, last: Step) -> Step:
         """One bounded re-observation; with no look left, what could not be seen is not confirmed."""
         attempt = query.current
         look = attempt.looks.next_look(robot_pose(self._ports, self._policy), attempt.goals)
         if look is None:
             return Step(Event.REJECTED, last.because)
         self._journal.write(look_record(attempt.node.id, look))
-        way: Way = ()
+        way: PathPrefix = ()
         if look.is_move:
             plan = self._ports.navigator.plan(look.pose)
             if plan.length_m is None:
@@ -195,7 +195,7 @@ class Mission:
         step = drive(look.pose, self._ports, self._policy, way)
         return Step(Event.LOOKED_AGAIN, look.reason) if step.event is Event.ARRIVED else step
 
-    def _exclude(self, query: Query, last: Step) -> Step:
+    def _exclude(self, query: QueryProgress, last: Step) -> Step:
         """R_q <- R_q + {i} where verification rejected it, else U; then the bounds on both."""
         rejected = last.event is Event.REJECTED
         (query.rejected if rejected else query.set_aside).append(query.current.node.id)
@@ -212,7 +212,7 @@ class Mission:
 
     # ---- around them
 
-    def _next(self, state: str, query: Query, last: Step) -> Step:
+    def _next(self, state: str, query: QueryProgress, last: Step) -> Step:
         """The state's step; a STOP before or during it comes first, and whatever is raised is a FAULT."""
         try:
             step = self._stopped() or self._acts[state](query, last)
@@ -228,12 +228,12 @@ class Mission:
         because = self._ports.operator.stop_requested()
         return Step(Event.STOP, because) if because else None
 
-    def _nothing_left(self, query: Query, why: str | None) -> Step:
+    def _nothing_left(self, query: QueryProgress, why: str | None) -> Step:
         if query.visits:
             return Step(Event.EXHAUSTED, NO_CANDIDATE_LEFT)
         return Step(Event.NONE_VERIFIED, f"{NO_CANDIDATE_LEFT}: {why}")
 
-    def _goal_search(self, points: Array, query: Query) -> GoalSearch:
+    def _goal_search(self, points: Array, query: QueryProgress) -> GoalSearch:
         if query.mount is None:
             raise RuntimeError("The camera mount was not measured.")
         return goal_poses(
@@ -245,14 +245,14 @@ class Mission:
             self._parameters,
         )
 
-    def _query_feature(self, query: Query) -> Array:
+    def _query_feature(self, query: QueryProgress) -> Array:
         """f_q, (d,) float32 unit length."""
         encoder = self._memory.text_encoder
         if encoder is None:
             raise ValueError(f"The memory was opened without its text encoder {self._memory.text_encoder_id!r}.")
         return encoder.encode([query.target])[0]
 
-    def _ended(self, end: End, query: Query, step: Step) -> Outcome:
+    def _ended(self, end: End, query: QueryProgress, step: Step) -> Outcome:
         outcome = Outcome(
             end, step.because, query.visits, query.confirmed, tuple(query.rejected), tuple(query.set_aside)
         )

@@ -11,10 +11,10 @@ from openbelief.arrays import Array
 from openbelief.clearance import crowded, goal_blocked, unmapped, way_blocked
 from openbelief.pose import Pose2, apply
 
-Way = tuple[tuple[float, float], ...]
+PathPrefix = tuple[tuple[float, float], ...]
 
 
-def way_is_blocked(goal: Pose2, way: Way, ports: Ports, policy: MissionPolicy) -> str | None:
+def way_is_blocked(goal: Pose2, way: PathPrefix, ports: Ports, policy: MissionPolicy) -> str | None:
     """Why the goal, or the first metres of the way to it, cannot be taken now; None where they can, or without a lidar.
 
     Raises StaleData or PoseUnavailable where two seconds of asking bring no cloud.

@@ -10,7 +10,7 @@ from openbelief.target_phrase import target_phrase
 
 
 @dataclass
-class Query:
+class QueryProgress:
     """q never changes, R and U only grow."""
 
     sentence: str

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from behaviors.supervisor import Facts, SafetyPolicy, Sample, Supervisor
-from drivers.ports import ANY_AGE_S, Battery, Camera, Clock, Lidar, Map, PortError, PoseSource, Verdict
+from behaviors.supervisor import SafetyFacts, SafetyPolicy, Sample, Supervisor
+from drivers.ports import ANY_AGE_S, Battery, Camera, Clock, Lidar, Map, PortError, PoseSource, SafetyVerdict
 from openbelief.arrays import Array
 from openbelief.memory import ObjectMemory
 from openbelief.pose import Pose2
@@ -46,13 +46,13 @@ class Supervision:
         self._supervisor = Supervisor(limits)
         self._digests: dict[str, Sample] = {}
 
-    def verdict(self, goal: Pose2 | None) -> Verdict:
+    def verdict(self, goal: Pose2 | None) -> SafetyVerdict:
         return self._supervisor.update(self._sources.clock.now_ns(), self._facts(goal))
 
-    def _facts(self, goal: Pose2 | None) -> Facts:
+    def _facts(self, goal: Pose2 | None) -> SafetyFacts:
         s = self._sources
         there = {"camera": s.camera, "cloud": s.lidar, "battery": s.battery}
-        return Facts(
+        return SafetyFacts(
             expected=frozenset(name for name, port in there.items() if port is not None),
             pose=self._pose(),
             camera=self._image(),

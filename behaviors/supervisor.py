@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from behaviors.zones import Polygon, inside
-from drivers.ports import Reaction, Verdict
+from drivers.ports import Reaction, SafetyVerdict
 from openbelief.pose import Pose2, wrap_angle
 
 SPEED_MAX, TURN_MAX = 1.5, 2.0  # m/s and rad/s: no G1 under Nav2 is faster
@@ -73,7 +73,7 @@ class Sample:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Facts:
+class SafetyFacts:
     """What is known now. A sensor that is not there at all is not in `expected`; None: expected and no data.
 
     pose: fresh (its own age is the port's). battery: 0 to 1. goal: where it goes or is about to go, None before a
@@ -124,7 +124,7 @@ class Known:
     """One moment, with what was seen before it."""
 
     now_ns: int
-    facts: Facts
+    facts: SafetyFacts
     limits: SafetyPolicy
     camera: Ages = field(default_factory=Ages)
     cloud: Ages = field(default_factory=Ages)
@@ -141,18 +141,18 @@ class Supervisor:
         self._limits, self._camera, self._cloud = limits, Ages(), Ages()
         self._track: deque[tuple[int, Pose2]] = deque()
 
-    def update(self, now_ns: int, facts: Facts) -> Verdict:
+    def update(self, now_ns: int, facts: SafetyFacts) -> SafetyVerdict:
         self._camera.see(now_ns, facts.camera)
         self._cloud.see(now_ns, facts.cloud)
         known = Known(now_ns, facts, self._limits, self._camera, self._cloud, self._jump(now_ns, facts))
         found = [
-            Verdict(reaction, name, sentence)
+            SafetyVerdict(reaction, name, sentence)
             for name, (reaction, condition) in CONDITIONS.items()
             if (sentence := condition(known))
         ]
-        return max(found, key=lambda verdict: GRAVITY.index(verdict.reaction), default=Verdict())
+        return max(found, key=lambda verdict: GRAVITY.index(verdict.reaction), default=SafetyVerdict())
 
-    def _jump(self, now_ns: int, facts: Facts) -> str | None:
+    def _jump(self, now_ns: int, facts: SafetyFacts) -> str | None:
         """Further than any robot walks in that time is localisation's doing."""
         if facts.goal is None:
             self._track.clear()  # before a mission it may have been carried anywhere

@@ -55,7 +55,7 @@ class LidarCloud:
 
 
 @dataclass(frozen=True, slots=True)
-class Charge:
+class BatteryState:
     """The battery's state: `fraction` 0 to 1."""
 
     stamp_ns: int
@@ -72,7 +72,7 @@ class Reaction(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class SafetyVerdict:
     """A supervisor's word. condition: its row of the table, "" with GO. sentence: for the operator."""
 
     reaction: Reaction = Reaction.GO
@@ -154,7 +154,7 @@ class Lidar(Protocol):
 
 @runtime_checkable
 class Battery(Protocol):
-    def latest(self, max_age_s: float) -> Charge:
+    def latest(self, max_age_s: float) -> BatteryState:
         """The newest charge; raises StaleData as Camera does."""
         ...
 
@@ -163,7 +163,7 @@ class Battery(Protocol):
 class Safety(Protocol):
     """Asked before motion and at every poll of a drive. Never raises for missing data: that is a verdict."""
 
-    def verdict(self, goal: Pose2 | None) -> Verdict:
+    def verdict(self, goal: Pose2 | None) -> SafetyVerdict:
         """goal: where the robot goes or is about to go; None before a mission begins."""
         ...
 

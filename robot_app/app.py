@@ -18,7 +18,7 @@ from drivers.ros.topics import RosBattery, RosCamera, RosLidar, RosMap, RosPoseS
 from drivers.ros.zenoh_link import LinkConfig, ZenohLink
 from drivers.topics import BATTERY, CAMERA_INFO, LIDAR, MAP, color_topic, depth_topic
 from openbelief.perception.ports import Perception, TextEncoder
-from robot_app.config import Config, Topics
+from robot_app.config import Config, TopicsSection
 from robot_app.local_sensors import open_livox, open_realsense
 from robot_app.perceptions import open_perception, text_encoder_of
 from robot_app.simulation import START_NS, Simulation, simulation
@@ -31,7 +31,7 @@ class Wire:
 
     link: ZenohLink
     keys: BridgeKeys
-    topics: Topics
+    topics: TopicsSection
     distribution: str = "auto"
 
 
@@ -40,7 +40,7 @@ def nobody_stops() -> str | None:
 
 
 @dataclass(frozen=True)
-class Site:
+class Wiring:
     """What bodies are made of: the clock that all share, a wire for each kind of robot, a recording."""
 
     clock: Clock
@@ -64,7 +64,7 @@ class Robot:
     map: Map
     navigator: Navigator
     battery: Battery | None
-    site: Site
+    site: Wiring
 
     def ports(self, operator: Operator, perception: Perception, safety: Safety | None = None) -> Ports:
         """What a mission needs."""
@@ -117,7 +117,7 @@ def _perception_spec(config: Config) -> str:
     return f"scripted:{config.sim.scene}" if profile == "scripted" else profile
 
 
-def _site(config: Config, opened: ExitStack, stop: Callable[[], str | None]) -> Site:
+def _site(config: Config, opened: ExitStack, stop: Callable[[], str | None]) -> Wiring:
     """The clock is the simulation's where a body is simulated (begun at the recording's start), else the wall's."""
     sim, wires, simulated, recording = config.sim, {}, None, None
     if config.ports.uses("replay") and config.replay.recording is not None:
@@ -126,11 +126,11 @@ def _site(config: Config, opened: ExitStack, stop: Callable[[], str | None]) -> 
         start_ns = recording.start_ns if recording else START_NS
         simulated = simulation(sim.scene, seed=sim.seed, start_ns=start_ns, camera_rate_hz=sim.camera_rate_hz)
         site = opened.enter_context(simulated.site)
-        wires["sim"] = Wire(opened.enter_context(ZenohLink(site.link_config)), BridgeKeys(), Topics())
+        wires["sim"] = Wire(opened.enter_context(ZenohLink(site.link_config)), BridgeKeys(), TopicsSection())
     if config.ports.uses("ros"):
         link = opened.enter_context(ZenohLink(LinkConfig((config.zenoh.endpoint,), tls=config.zenoh.tls)))
         wires["ros"] = Wire(link, BridgeKeys(config.zenoh.namespace), config.topics, config.zenoh.distribution)
-    return Site(
+    return Wiring(
         clock=simulated.clock if simulated else SystemClock(),
         wires=wires,
         recording=recording,
@@ -147,11 +147,11 @@ def _seeded_uuids(seed: int) -> Callable[[], bytes]:
     return lambda: rng.bytes(16)
 
 
-def _wire(site: Site, word: str) -> Wire:
+def _wire(site: Wiring, word: str) -> Wire:
     return site.wires[word]
 
 
-def _camera(site: Site, word: str) -> Camera:
+def _camera(site: Wiring, word: str) -> Camera:
     wire = _wire(site, word)
     camera = RosCamera(
         wire.link,
@@ -165,35 +165,35 @@ def _camera(site: Site, word: str) -> Camera:
     return camera
 
 
-def _lidar(site: Site, word: str) -> Lidar:
+def _lidar(site: Wiring, word: str) -> Lidar:
     wire = _wire(site, word)
     lidar = RosLidar(wire.link, site.clock, wire.keys, topic=replace(LIDAR, name=wire.topics.lidar))
     lidar.start()
     return lidar
 
 
-def _battery(site: Site, word: str) -> Battery:
+def _battery(site: Wiring, word: str) -> Battery:
     wire = _wire(site, word)
     battery = RosBattery(wire.link, site.clock, wire.keys, topic=replace(BATTERY, name=wire.topics.battery))
     battery.start()
     return battery
 
 
-def _poses(site: Site, word: str) -> PoseSource:
+def _poses(site: Wiring, word: str) -> PoseSource:
     wire = _wire(site, word)
     poses = RosPoseSource(wire.link, site.clock, wire.keys)
     poses.start()
     return poses
 
 
-def _map(site: Site, word: str) -> Map:
+def _map(site: Wiring, word: str) -> Map:
     wire = _wire(site, word)
     grid = RosMap(wire.link, wire.keys, topic=replace(MAP, name=wire.topics.map))
     grid.start()
     return grid
 
 
-def _navigator(site: Site, word: str, poses: PoseSource, grid: Map) -> Navigator:
+def _navigator(site: Wiring, word: str, poses: PoseSource, grid: Map) -> Navigator:
     wire = _wire(site, word)
     bridge = Nav2Bridge(
         wire.link,
@@ -209,10 +209,10 @@ def _navigator(site: Site, word: str, poses: PoseSource, grid: Map) -> Navigator
     return bridge
 
 
-def _real(port: str, open_sensor: Callable[[Config, Clock, ExitStack], Any]) -> Callable[[Site], Any]:
+def _real(port: str, open_sensor: Callable[[Config, Clock, ExitStack], Any]) -> Callable[[Wiring], Any]:
     """The body raises PortError where there is no usable sensor, or no real clock to time it by."""
 
-    def body(site: Site) -> Any:
+    def body(site: Wiring) -> Any:
         if site.simulation is not None:
             raise PortError(
                 f'A real {port} cannot keep a simulated robot\'s time: set every port that says "sim" to another.'
@@ -222,8 +222,8 @@ def _real(port: str, open_sensor: Callable[[Config, Clock, ExitStack], Any]) -> 
     return body
 
 
-def _replayed(name: str) -> Callable[[Site], Any]:
-    def body(site: Site) -> Any:
+def _replayed(name: str) -> Callable[[Wiring], Any]:
+    def body(site: Wiring) -> Any:
         if site.recording is None:
             raise RuntimeError("robot.toml was checked: a replayed body has its recording.")
         return getattr(site.recording, name)(site.clock)

@@ -44,7 +44,7 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class Ports(Section):
+class PortsSection(Section):
     """Which body stands behind each port. Any mix is allowed."""
 
     camera: Body = "sim"
@@ -58,7 +58,7 @@ class Ports(Section):
         return body in (self.camera, self.lidar, self.pose, self.map, self.navigator, self.battery)
 
 
-class Zenoh(Section):
+class ZenohSection(Section):
     """Where the robot's zenoh-bridge-ros2dds (or its router) listens; with "tls/..." what `openbelief certs` made.
 
     distribution: the robot's ROS 2, whose messages differ in shape; "auto" tells it by what decodes.
@@ -82,7 +82,7 @@ class Zenoh(Section):
         return endpoint
 
     @model_validator(mode="after")
-    def _whole(self) -> Zenoh:
+    def _whole(self) -> ZenohSection:
         named = [value is not None for value in (self.ca, self.certificate, self.key)]
         if any(named) and not all(named):
             raise ValueError("ca, certificate and key belong together: name all three, or none")
@@ -107,7 +107,7 @@ class Zenoh(Section):
         }
 
 
-class Topics(Section):
+class TopicsSection(Section):
     """ROS names of the streams, as `ros2 topic list` prints them."""
 
     color: str = "/camera/color/image_raw"
@@ -120,13 +120,13 @@ class Topics(Section):
     map: str = "/map"
 
 
-class Replay(Section):
+class ReplaySection(Section):
     """The recording behind every port whose body is "replay"."""
 
     recording: Path | None = None
 
 
-class Sim(Section):
+class SimSection(Section):
     """The simulated flat behind every port whose body is "sim"."""
 
     scene: str = "flat"
@@ -134,7 +134,7 @@ class Sim(Section):
     camera_rate_hz: Positive | None = 1.0  # None (not sayable in TOML): only when the walk asks for a picture
 
 
-class RealSense(Section):
+class RealSenseSection(Section):
     """The D435i behind a camera that is "real". serial: which one, where there are several."""
 
     serial: str | None = None
@@ -149,7 +149,7 @@ class RealSense(Section):
         return size
 
 
-class Livox(Section):
+class LivoxSection(Section):
     """The MID-360 behind a lidar that is "real": its address and this machine's; ports are the factory's."""
 
     lidar_ip: str = "192.168.123.120"
@@ -167,7 +167,7 @@ class Livox(Section):
         return address
 
 
-class Onboard(Section):
+class OnboardSection(Section):
     """`openbelief onboard`: what it publishes for a robot without those ROS nodes. "sim": the emulated sensor.
 
     mounts: static transforms it publishes, "parent child x y z roll pitch yaw" each (metres, radians, URDF order).
@@ -198,13 +198,13 @@ def mount(text: str) -> tuple[str, str, Array]:
         raise ValueError(f"a mount is 'parent child x y z roll pitch yaw', got {text!r}") from error
 
 
-class Perception(Section):
+class PerceptionSection(Section):
     """`scripted[:SCENE.json]`, `recorded:FILE.jsonl` or `paper[:PROFILE.toml]`."""
 
     profile: str = "scripted"
 
 
-class Recording(Section):
+class RecordingSection(Section):
     """`openbelief record`: who and where, when a new file begins, and how much room the disk keeps. "": unknown."""
 
     operator: Line = ""
@@ -222,16 +222,16 @@ class Config(Section):
 
     memory: Path | None = None
     trials: Path = Path("trials")
-    ports: Ports = Ports()
-    zenoh: Zenoh = Zenoh()
-    topics: Topics = Topics()
-    replay: Replay = Replay()
-    sim: Sim = Sim()
-    recording: Recording = Recording()
-    realsense: RealSense = RealSense()
-    livox: Livox = Livox()
-    onboard: Onboard = Onboard()
-    perception: Perception = Perception()
+    ports: PortsSection = PortsSection()
+    zenoh: ZenohSection = ZenohSection()
+    topics: TopicsSection = TopicsSection()
+    replay: ReplaySection = ReplaySection()
+    sim: SimSection = SimSection()
+    recording: RecordingSection = RecordingSection()
+    realsense: RealSenseSection = RealSenseSection()
+    livox: LivoxSection = LivoxSection()
+    onboard: OnboardSection = OnboardSection()
+    perception: PerceptionSection = PerceptionSection()
     mission: MissionPolicy = MissionPolicy()
     safety: SafetyPolicy = SafetyPolicy()
     parameters: dict[str, Any] = Field(default_factory=dict)  # CORRECTION's, where unlike the memory's
@@ -277,7 +277,7 @@ def with_recording(config: Config, **told: str | None) -> Config:
     """The configuration with what was told of [recording]; None leaves it. Raises ConfigError."""
     values = config.recording.model_dump() | {key: value for key, value in told.items() if value is not None}
     try:
-        return config.model_copy(update={"recording": Recording.model_validate(values)})
+        return config.model_copy(update={"recording": RecordingSection.model_validate(values)})
     except ValidationError as error:
         raise ConfigError(f"[recording] {_first_complaint(error)}") from error
 

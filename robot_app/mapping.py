@@ -9,15 +9,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
-from logs.frames.reader import FrameReader, RecordingError, Topics
+from logs.frames.reader import FrameReader, RecordingError, RecordingTopics
 from logs.mcap_io.reader import LogError, LogReader
 from openbelief.mapping import Taken, build_memory, take_evidence
 from openbelief.memory import ObjectMemory
 from openbelief.observation import RgbdFrame
 from openbelief.parameters import Parameters
 from openbelief.perception.cache import CachedPerception
-from openbelief.perception.look_ahead import LookAhead
 from openbelief.perception.ports import Perception, PerceptionFailed, TextEncoder
+from openbelief.perception.prefetcher import Prefetcher
 from openbelief.perception.recorded import RecordedPerceptionError
 from openbelief.perception.stages import StagedPerception
 from openbelief.rooms import Room
@@ -35,7 +35,7 @@ class MapJob:
     out: Path
     perceptions: list[str]
     parameters: Parameters = field(default_factory=Parameters)
-    topics: Topics = field(default_factory=Topics)
+    topics: RecordingTopics = field(default_factory=RecordingTopics)
     map_frame: str = "map"
     stride: int = 1
     force: bool = False
@@ -234,7 +234,7 @@ def _looking(
             yield frames, cached
             return
         clock.watch({"read": 1, **{s.name: s.workers for s in source.perception.stages}, "acquire": 1})
-        with LookAhead(source.perception, cached, clock) as ahead:
+        with Prefetcher(source.perception, cached, clock) as ahead:
             yield ahead.over(frames), ahead
 
 

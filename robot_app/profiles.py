@@ -15,20 +15,20 @@ from robot_app.cli import Failure
 
 if TYPE_CHECKING:
     from openbelief.perception.composed import ComposedPerception
-    from openbelief.perception.patience import Clock
     from openbelief.perception.ports import SegmentEncoder, Segmenter, TextEncoder
     from openbelief.perception.recorded import RecordedPerception
+    from openbelief.perception.retry import RetryClock
     from openbelief.perception.vlm import VlmProposer
 
 BUILT_IN = Path(__file__).with_name("paper.toml")
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
-class Section(BaseModel):
+class ProfileSection(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class Vlm(Section):
+class Vlm(ProfileSection):
     """An OpenAI-compatible server. The key itself stands in an environment variable, never in the file."""
 
     endpoint: str
@@ -42,7 +42,7 @@ class Vlm(Section):
     max_side_px: Annotated[int, Field(ge=32, le=8192)] = 1024
 
 
-class Arrival(Section):
+class Arrival(ProfileSection):
     """With a robot waiting, there is less patience than while mapping: a STOP is heeded when the look has ended.
 
     A look longer than the budget is a warning.
@@ -53,7 +53,7 @@ class Arrival(Section):
     budget_s: Positive = 6.0
 
 
-class Profile(Section):
+class Profile(ProfileSection):
     """segmenter, encoder: "KIND:PATH", a row of SEGMENTERS and of ENCODERS. device: what their networks run on."""
 
     segmenter: str
@@ -79,7 +79,7 @@ def load_profile(name: str) -> tuple[Profile, Path]:
 
 
 def open_profile(
-    name: str, clock: Clock, tell: Callable[[str], None], *, arrival: bool = False
+    name: str, clock: RetryClock, tell: Callable[[str], None], *, arrival: bool = False
 ) -> tuple[ComposedPerception, Profile]:
     """The profile's perception; the model server was asked whether it serves the model. Raises Failure.
 
@@ -114,7 +114,7 @@ def profile_text_encoder(name: str) -> TextEncoder:
     return text_encoder
 
 
-def _proposer(profile: Profile, clock: Clock, tell: Callable[[str], None], arrival: bool) -> VlmProposer:
+def _proposer(profile: Profile, clock: RetryClock, tell: Callable[[str], None], arrival: bool) -> VlmProposer:
     from openbelief.perception.vlm import VlmConfig, VlmProposer
     from openbelief.perception.vlm_picture import PictureFormat
 

@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from enum import IntEnum
 from typing import NamedTuple
 
-from drivers.livox.wire import Refusal, WireError
+from drivers.livox.wire import LivoxWireError, PacketRefusal
 
 HEADER = struct.Struct("<BBHIHBB6xHI")  # sof version length seq cmd_id cmd_type sender reserved crc16 crc32
 SOF = 0xAA
@@ -61,19 +61,21 @@ def encode(frame: ControlFrame) -> bytes:
 
 
 def decode(datagram: bytes) -> ControlFrame:
-    """Raises WireError for anything that is not one whole, uncorrupted frame."""
+    """Raises LivoxWireError for anything that is not one whole, uncorrupted frame."""
     if len(datagram) < HEADER.size:
-        raise WireError(Refusal.SHORT, f"A control frame has at least {HEADER.size} bytes, got {len(datagram)}.")
+        raise LivoxWireError(
+            PacketRefusal.SHORT, f"A control frame has {HEADER.size} bytes or more, got {len(datagram)}."
+        )
     sof, version, length, seq, command, kind, sender, crc16, crc32 = HEADER.unpack_from(datagram)
     if sof != SOF or version != 0:
-        raise WireError(Refusal.VERSION, f"Start byte {sof:#04x}, version {version}: not a version 0 control frame.")
+        raise LivoxWireError(PacketRefusal.VERSION, f"Start byte {sof:#04x}, version {version}: no version 0 frame.")
     if length != len(datagram) or length > HEADER.size + MAX_DATA:
-        raise WireError(Refusal.LENGTH, f"The control frame says {length} bytes, {len(datagram)} arrived.")
+        raise LivoxWireError(PacketRefusal.LENGTH, f"The control frame says {length} bytes, {len(datagram)} arrived.")
     data = datagram[HEADER.size :]
     if binascii.crc_hqx(datagram[:CRC16_OVER], 0xFFFF) != crc16 or zlib.crc32(data) != crc32:
-        raise WireError(Refusal.CHECKSUM, "The control frame's checksum does not match its contents.")
+        raise LivoxWireError(PacketRefusal.CHECKSUM, "The control frame's checksum does not match its contents.")
     if kind > 1 or sender > 1:
-        raise WireError(Refusal.TYPE, f"Control frame of kind {kind} from sender {sender} is unknown.")
+        raise LivoxWireError(PacketRefusal.TYPE, f"Control frame of kind {kind} from sender {sender} is unknown.")
     return ControlFrame(seq, command, bytes(data), bool(kind), bool(sender))
 
 
@@ -94,18 +96,18 @@ def key_values(values: Mapping[int, bytes]) -> bytes:
 
 
 def parse_key_values(data: bytes, count: int, offset: int) -> dict[int, bytes]:
-    """Exactly `count` entries from `offset` to the end; raises WireError on a shortfall or a rest."""
+    """Exactly `count` entries from `offset` to the end; raises LivoxWireError on a shortfall or a rest."""
     values: dict[int, bytes] = {}
     for _ in range(count):
         if offset + 4 > len(data):
-            raise WireError(Refusal.LENGTH, f"{count} keys were announced, {len(values)} are there.")
+            raise LivoxWireError(PacketRefusal.LENGTH, f"{count} keys were announced, {len(values)} are there.")
         key, length = struct.unpack_from("<HH", data, offset)
         offset += 4 + length
         if offset > len(data):
-            raise WireError(Refusal.LENGTH, f"The value of key {key:#06x} is cut off.")
+            raise LivoxWireError(PacketRefusal.LENGTH, f"The value of key {key:#06x} is cut off.")
         values[key] = data[offset - length : offset]
     if offset != len(data):
-        raise WireError(Refusal.LENGTH, f"{len(data) - offset} bytes follow the last of {count} keys.")
+        raise LivoxWireError(PacketRefusal.LENGTH, f"{len(data) - offset} bytes follow the last of {count} keys.")
     return values
 
 
@@ -165,7 +167,7 @@ def get_ack(seq: int, code: int, values: Mapping[int, bytes]) -> ControlFrame:
 def parse_get_ack(data: bytes) -> tuple[int, dict[int, bytes]]:
     """(return code, values)."""
     if len(data) < 3:
-        raise WireError(Refusal.SHORT, f"A get ACK has at least 3 bytes, got {len(data)}.")
+        raise LivoxWireError(PacketRefusal.SHORT, f"A get ACK has at least 3 bytes, got {len(data)}.")
     code, count = struct.unpack_from("<BH", data)
     return code, parse_key_values(data, count, 3)
 
@@ -177,11 +179,11 @@ def text(value: bytes) -> str:
 
 def _count(data: bytes) -> int:
     if len(data) < 4:
-        raise WireError(Refusal.SHORT, f"A key list has at least 4 bytes, got {len(data)}.")
+        raise LivoxWireError(PacketRefusal.SHORT, f"A key list has at least 4 bytes, got {len(data)}.")
     return int(struct.unpack_from("<H", data)[0])
 
 
 def _unpack(layout: struct.Struct, data: bytes) -> tuple:
     if len(data) != layout.size:
-        raise WireError(Refusal.LENGTH, f"{layout.size} bytes were expected, {len(data)} arrived.")
+        raise LivoxWireError(PacketRefusal.LENGTH, f"{layout.size} bytes were expected, {len(data)} arrived.")
     return layout.unpack(data)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from types import TracebackType
 
 from drivers.livox.assembler import LivoxCloud
-from drivers.livox.intake import ImuSample, Intake, LidarState
+from drivers.livox.intake import DatagramDecoder, LidarState, LivoxImuSample
 from drivers.livox.keys import Key
 from drivers.livox.takeover import LivoxControl, redirect
 from drivers.ports import Clock, LinkLost, PortError, StaleData
@@ -81,7 +81,7 @@ class LivoxLidar:
 
     def __init__(self, settings: LivoxSettings, clock: Clock) -> None:
         self._settings, self._clock = settings, clock
-        self._intake = Intake(settings.frame_id)
+        self._intake = DatagramDecoder(settings.frame_id)
         self._lock, self._stop = threading.Lock(), threading.Event()
         self._sockets: dict[str, socket.socket] = {}
         self._thread: threading.Thread | None = None
@@ -145,7 +145,7 @@ class LivoxLidar:
         self._raise_failure()
         return clouds
 
-    def take_imu(self) -> list[ImuSample]:
+    def take_imu(self) -> list[LivoxImuSample]:
         """The IMU samples since the last call, the newest ten seconds at most."""
         with self._lock:
             samples = list(self._intake.imu_samples)

@@ -12,7 +12,7 @@ from drivers.livox.hms import HealthCode, parse_health
 from drivers.livox.host_time import HostTime
 from drivers.livox.keys import STATES, Key, word
 from drivers.livox.packet_counter import PacketCounter
-from drivers.livox.wire import DataPacket, DataType, Refusal, TimeType, WireError, decode_imu, decode_packet
+from drivers.livox.wire import DataPacket, DataType, LivoxWireError, PacketRefusal, TimeType, decode_imu, decode_packet
 from openbelief.arrays import Array
 
 KEPT_CLOUDS = 20  # two seconds
@@ -20,7 +20,7 @@ KEPT_IMU = 2000  # ten seconds at 200 Hz
 
 
 @dataclass(frozen=True)
-class ImuSample:
+class LivoxImuSample:
     """gyro_rad_s, acceleration_m_s2: (3,) float64, IMU frame of the lidar. Stamps as in LivoxCloud."""
 
     stamp_ns: int
@@ -41,16 +41,16 @@ class LidarState:
     health: tuple[HealthCode, ...] = ()
 
 
-class Intake:
+class DatagramDecoder:
     """One lidar's streams. Everything kept is bounded; everything refused is counted by reason."""
 
     def __init__(self, frame_id: str) -> None:
         self.points, self.imu = PacketCounter(), PacketCounter()
-        self.refused: Counter[Refusal] = Counter()
+        self.refused: Counter[PacketRefusal] = Counter()
         self.assembler = FrameAssembler()
         self.time = HostTime()
         self.clouds: deque[LivoxCloud] = deque(maxlen=KEPT_CLOUDS)
-        self.imu_samples: deque[ImuSample] = deque(maxlen=KEPT_IMU)
+        self.imu_samples: deque[LivoxImuSample] = deque(maxlen=KEPT_IMU)
         self.latest: LivoxCloud | None = None
         self.state: LidarState | None = None
         self.cloud_count = 0
@@ -71,19 +71,19 @@ class Intake:
             return
         try:
             gyro, acceleration = decode_imu(packet)
-        except WireError as error:
+        except LivoxWireError as error:
             self.refused[error.refusal] += 1
             return
         stamp_ns, time_type = self.time.to_host(packet.stamp_ns), TimeType(packet.time_type)
-        self.imu_samples.append(ImuSample(stamp_ns, gyro, acceleration, packet.stamp_ns, time_type))
+        self.imu_samples.append(LivoxImuSample(stamp_ns, gyro, acceleration, packet.stamp_ns, time_type))
 
     def take_push(self, datagram: bytes, arrival_ns: int) -> None:
         try:
             frame = control_wire.decode(datagram)
             if frame.command != control_wire.Command.PUSH or frame.is_ack:
-                raise WireError(Refusal.TYPE, f"Command {frame.command:#06x} is no push message.")
+                raise LivoxWireError(PacketRefusal.TYPE, f"Command {frame.command:#06x} is no push message.")
             self.state = lidar_state(control_wire.parse_values(frame.data), arrival_ns)
-        except WireError as error:
+        except LivoxWireError as error:
             self.refused[error.refusal] += 1
 
     def _packet(self, datagram: bytes, counter: PacketCounter, arrival_ns: int, *, imu: bool) -> DataPacket | None:
@@ -91,8 +91,8 @@ class Intake:
         try:
             packet = decode_packet(datagram)
             if (packet.data_type == DataType.IMU) is not imu:
-                raise WireError(Refusal.TYPE, f"Data type {packet.data_type} does not belong on this port.")
-        except WireError as error:
+                raise LivoxWireError(PacketRefusal.TYPE, f"Data type {packet.data_type} does not belong on this port.")
+        except LivoxWireError as error:
             self.refused[error.refusal] += 1
             return None
         if not counter.accept(packet):
@@ -102,7 +102,7 @@ class Intake:
 
 
 def lidar_state(values: dict[int, bytes], stamp_ns: int) -> LidarState:
-    """Raises WireError where a known key has a wrong length."""
+    """Raises LivoxWireError where a known key has a wrong length."""
     state = _number("<B", values, Key.STATE)
     temperature = _number("<i", values, Key.CORE_TEMPERATURE)
     return LidarState(
@@ -118,5 +118,5 @@ def _number(layout: str, values: dict[int, bytes], key: Key) -> int | None:
     if key not in values:
         return None
     if len(values[key]) != struct.calcsize(layout):
-        raise WireError(Refusal.LENGTH, f"Key {key.name} has {len(values[key])} bytes.")
+        raise LivoxWireError(PacketRefusal.LENGTH, f"Key {key.name} has {len(values[key])} bytes.")
     return int(struct.unpack(layout, values[key])[0])

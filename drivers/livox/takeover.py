@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from drivers.livox import control_wire
 from drivers.livox.control_wire import Command, ControlFrame
 from drivers.livox.keys import RETURN_CODES, SAMPLING, Key, word
-from drivers.livox.wire import WireError
+from drivers.livox.wire import LivoxWireError
 from drivers.ports import LinkLost, PortError
 
 TRIES = 3
@@ -30,7 +30,7 @@ class LivoxControl:
         data = self._ask(control_wire.set_request(self._next(), values))
         try:
             code, key = control_wire.parse_set_ack(data)
-        except WireError as error:
+        except LivoxWireError as error:
             raise PortError(f"The lidar's answer to SET cannot be read: {error}") from error
         if code:
             raise PortError(f"The lidar refused to set key {key:#06x}: {word(RETURN_CODES, code)}.")
@@ -61,7 +61,7 @@ class LivoxControl:
                 frame = control_wire.decode(datagram)
             except TimeoutError:
                 return None
-            except WireError:
+            except LivoxWireError:
                 continue  # a corrupted ACK is no ACK: the request is sent again
             if source[0] == self._lidar[0] and frame.is_ack and frame[:2] == request[:2]:
                 return frame

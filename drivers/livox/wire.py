@@ -52,7 +52,7 @@ METRES = {DataType.CARTESIAN_MM: 1e-3, DataType.CARTESIAN_CM: 1e-2, DataType.SPH
 _SIZES = {int(kind): record.itemsize for kind, record in RECORDS.items()}
 
 
-class Refusal(StrEnum):
+class PacketRefusal(StrEnum):
     """Why a datagram was refused; the receiver counts each."""
 
     SHORT = "too short"
@@ -63,10 +63,10 @@ class Refusal(StrEnum):
     VALUE = "impossible value"
 
 
-class WireError(ValueError):
+class LivoxWireError(ValueError):
     """A datagram that is not what it claims to be; `.refusal` names the kind, the message is one sentence."""
 
-    def __init__(self, refusal: Refusal, sentence: str) -> None:
+    def __init__(self, refusal: PacketRefusal, sentence: str) -> None:
         super().__init__(sentence)
         self.refusal = refusal
 
@@ -93,22 +93,25 @@ class Points(NamedTuple):
 
 
 def decode_packet(datagram: bytes) -> DataPacket:
-    """Raises WireError for anything that is not a whole, uncorrupted packet."""
+    """Raises LivoxWireError for anything that is not a whole, uncorrupted packet."""
     if len(datagram) < HEADER.size:
-        raise WireError(Refusal.SHORT, f"A data packet has at least {HEADER.size} bytes, this one {len(datagram)}.")
+        raise LivoxWireError(
+            PacketRefusal.SHORT, f"A data packet has {HEADER.size} bytes or more, this {len(datagram)}."
+        )
     version, length, interval, dots, count, _, kind, time_type, _, crc, stamp_ns = HEADER.unpack_from(datagram)
     if version != 0:
-        raise WireError(Refusal.VERSION, f"Data packet version {version}; only version 0 is known.")
+        raise LivoxWireError(PacketRefusal.VERSION, f"Data packet version {version}; only version 0 is known.")
     size = _SIZES.get(kind)
     if size is None or time_type > TimeType.GPS:
-        raise WireError(Refusal.TYPE, f"Data type {kind} with time type {time_type} is unknown.")
+        raise LivoxWireError(PacketRefusal.TYPE, f"Data type {kind} with time type {time_type} is unknown.")
     if length != len(datagram) or dots == 0 or length != HEADER.size + dots * size:
-        raise WireError(
-            Refusal.LENGTH, f"{len(datagram)} bytes arrived; the header says {length} with {dots} records of {size}."
+        raise LivoxWireError(
+            PacketRefusal.LENGTH,
+            f"{len(datagram)} bytes arrived, the header says {length} with {dots} records of {size}",
         )
     view = memoryview(datagram)
     if zlib.crc32(view[CRC_FROM:]) != crc:
-        raise WireError(Refusal.CHECKSUM, "The data packet's CRC-32 does not match its contents.")
+        raise LivoxWireError(PacketRefusal.CHECKSUM, "The data packet's CRC-32 does not match its contents.")
     return DataPacket(kind, time_type, dots, count, stamp_ns, interval * 100, view[HEADER.size :])
 
 
@@ -116,7 +119,7 @@ def decode_points(packets: Sequence[DataPacket]) -> Points:
     """All points of packets of one point type, in packet order."""
     kind = DataType(packets[0].data_type)
     if kind is DataType.IMU or any(packet.data_type != kind for packet in packets):
-        raise WireError(Refusal.TYPE, "decode_points takes packets of one point type.")
+        raise LivoxWireError(PacketRefusal.TYPE, "decode_points takes packets of one point type.")
     records = np.frombuffer(b"".join([packet.records for packet in packets]), dtype=RECORDS[kind])
     xyz = _spherical_xyz(records) if kind is DataType.SPHERICAL else records["xyz"] * np.float32(METRES[kind])
     return Points(
@@ -143,13 +146,13 @@ def _offsets_ns(packets: Sequence[DataPacket], total: int) -> Array:
 
 
 def decode_imu(packet: DataPacket) -> tuple[Array, Array]:
-    """(gyro (3,) rad/s, acceleration (3,) m/s^2), both float64, of a type-0 packet; raises WireError."""
+    """(gyro (3,) rad/s, acceleration (3,) m/s^2), both float64, of a type-0 packet; raises LivoxWireError."""
     if packet.data_type != DataType.IMU or packet.dot_num != 1:
-        raise WireError(Refusal.TYPE, "An IMU packet holds exactly one record of type 0.")
+        raise LivoxWireError(PacketRefusal.TYPE, "An IMU packet holds exactly one record of type 0.")
     record = np.frombuffer(packet.records, dtype=RECORDS[DataType.IMU])[0]
     gyro, acceleration = record["gyro_rad_s"].astype(float), record["acceleration_g"] * STANDARD_GRAVITY
     if not (np.isfinite(gyro).all() and np.isfinite(acceleration).all()):
-        raise WireError(Refusal.VALUE, "The IMU packet holds a value that is not a number.")
+        raise LivoxWireError(PacketRefusal.VALUE, "The IMU packet holds a value that is not a number.")
     return gyro, acceleration
 
 

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from drivers.nav2.goal import Goal
-from drivers.nav2.readiness import Nav2Signs
+from drivers.nav2.goal import NavigationGoal
+from drivers.nav2.readiness import Nav2Readiness
 from drivers.nav2.result import REJECTED, navigation_result, path_plan, result_from_status
 from drivers.ports import (
     Clock,
@@ -77,9 +77,9 @@ class Nav2Bridge:
         self._shapes = shapes
         self._navigate = ActionClient(link, keys, NAVIGATE_TO_POSE, shapes)
         self._planner = ActionClient(link, keys, COMPUTE_PATH_TO_POSE, shapes)
-        self.signs = Nav2Signs(link, keys, shapes, poses, grid, pose_age_s=self._limits.pose_age_s)
+        self.signs = Nav2Readiness(link, keys, shapes, poses, grid, pose_age_s=self._limits.pose_age_s)
         self._statuses: dict[bytes, int] = {}
-        self._goal: Goal | None = None
+        self._goal: NavigationGoal | None = None
 
     def start(self) -> None:
         """Begin to hear status, feedback and liveliness; all of it ends with the link."""
@@ -116,7 +116,7 @@ class Nav2Bridge:
             raise PortError("A goal is under way: cancel it before sending another.")
         self._link.check()
         now_ns = self._clock.now_ns()
-        self._goal = track = Goal(self._new_uuid(), now_ns, now_ns, frozenset(self._statuses))
+        self._goal = track = NavigationGoal(self._new_uuid(), now_ns, now_ns, frozenset(self._statuses))
         with self._heeding_stop():
             end = self._send(track, pose_message(goal))
         if track.end is not None and end is None:  # cancelled meanwhile, perhaps before the server knew of it
@@ -152,7 +152,7 @@ class Nav2Bridge:
 
     # Sending
 
-    def _send(self, track: Goal, pose: Message) -> NavigationResult | None:
+    def _send(self, track: NavigationGoal, pose: Message) -> NavigationResult | None:
         """The first answer counts; without one the same uuid is sent again, which cannot run twice."""
         first = self._navigate.send_goal(track.uuid, self._limits.send_s, pose=pose)
         if first.message is not None:
@@ -183,7 +183,7 @@ class Nav2Bridge:
             answered.set()
             watching.join()
 
-    def _known(self, track: Goal) -> NavigationResult | None:
+    def _known(self, track: NavigationGoal) -> NavigationResult | None:
         """ "Not accepted" to a repeated uuid means "already running" or "rejected": the server's goals decide."""
         if track.status != action.UNKNOWN:
             return None
@@ -194,7 +194,7 @@ class Nav2Bridge:
 
     # Ending
 
-    def _ask_result(self, track: Goal) -> None:
+    def _ask_result(self, track: NavigationGoal) -> None:
         """One get_result waits at the server while the goal runs."""
         if track.take_question():
             try:
@@ -203,7 +203,7 @@ class Nav2Bridge:
                 track.waiting = False
                 raise
 
-    def _ended(self, track: Goal) -> NavigationResult | None:
+    def _ended(self, track: NavigationGoal) -> NavigationResult | None:
         answer = track.answer
         if answer is None and track.status in action.TERMINAL:
             track.asked += 1
@@ -216,7 +216,7 @@ class Nav2Bridge:
             self._ask_result(track)
         return None
 
-    def _judge(self, track: Goal, response: Message) -> NavigationResult | None:
+    def _judge(self, track: NavigationGoal, response: Message) -> NavigationResult | None:
         if response.status in action.TERMINAL:
             return navigation_result(response.status, response.result, replaced=track.replaced)
         if track.status in action.TERMINAL:
@@ -226,7 +226,7 @@ class Nav2Bridge:
         track.answer = None  # "still running" is no result
         return None
 
-    def _overdue(self, track: Goal) -> NavigationResult | None:
+    def _overdue(self, track: NavigationGoal) -> NavigationResult | None:
         now_ns = self._clock.now_ns()
         silent_s, running_s = (now_ns - track.heard_ns) / 1e9, (now_ns - track.sent_ns) / 1e9
         if silent_s > self._limits.silence_s:
@@ -237,7 +237,7 @@ class Nav2Bridge:
             return NavigationResult(NavigationStatus.TIMED_OUT, stopped.reason) if in_time else stopped
         return None
 
-    def _lose(self, track: Goal, reason: str) -> NavigationResult:
+    def _lose(self, track: NavigationGoal, reason: str) -> NavigationResult:
         """A goal that we lost sight of is cancelled all the same: the robot must not drive on unwatched."""
         stopped = self._cancel(track, "it was lost from sight")
         if stopped.status == NavigationStatus.STILL_MOVING:
@@ -246,7 +246,7 @@ class Nav2Bridge:
 
     # Cancelling
 
-    def _cancel(self, track: Goal, because: str) -> NavigationResult:
+    def _cancel(self, track: NavigationGoal, because: str) -> NavigationResult:
         try:
             answer = self._navigate.cancel(track.uuid, self._limits.cancel_s)
             code = _cancel_code(answer.message, track.uuid)
@@ -258,7 +258,7 @@ class Nav2Bridge:
         except LinkLost as error:
             return NavigationResult(NavigationStatus.STILL_MOVING, f"{error} {STILL_MOVING}")
 
-    def _had_ended(self, track: Goal) -> NavigationResult:
+    def _had_ended(self, track: NavigationGoal) -> NavigationResult:
         """The goal ended before the cancel came: how?"""
         answer = track.answer or self._navigate.get_result(track.uuid, self._limits.result_ask_s)
         if answer.message is not None and answer.message.status in action.TERMINAL:
@@ -267,7 +267,7 @@ class Nav2Bridge:
             return result_from_status(track.status, replaced=track.replaced)
         return NavigationResult(NavigationStatus.LOST, "The goal had ended before it was cancelled; how is not known.")
 
-    def _cancel_all(self, track: Goal, because: str, code: int | None) -> NavigationResult:
+    def _cancel_all(self, track: NavigationGoal, because: str, code: int | None) -> NavigationResult:
         if code is None:
             self._clock.sleep(CANCEL_PAUSE_S)  # a link that just dropped may be back
         answer = self._navigate.cancel(action.ALL_GOALS, self._limits.cancel_s)

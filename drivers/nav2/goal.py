@@ -13,7 +13,7 @@ from drivers.ros.messages import Message
 
 
 @dataclass
-class Goal:
+class NavigationGoal:
     """Heard on Zenoh's thread, read on the mission's. before: the goals that the server knew before ours."""
 
     uuid: bytes

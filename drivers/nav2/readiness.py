@@ -17,7 +17,7 @@ IS_ACTIVE_S = 1.0  # wall time
 
 
 @dataclass(frozen=True)
-class Sign:
+class ReadinessSign:
     """One sign; where it fails, `sentence` names the cause and the remedy."""
 
     name: str
@@ -25,7 +25,7 @@ class Sign:
     sentence: str = ""
 
 
-class Nav2Signs:
+class Nav2Readiness:
     """Reads the signs in the order in which they depend on each other."""
 
     def __init__(
@@ -42,7 +42,7 @@ class Nav2Signs:
         self._link.watch_tokens(self._keys.action_token(NAVIGATE_TO_POSE), self._watcher(self._servers))
         self._link.watch_tokens(self._keys.bridge_token("*"), self._watcher(self._bridges))
 
-    def read(self) -> Iterator[Sign]:
+    def read(self) -> Iterator[ReadinessSign]:
         """Link, bridge, action server, is_active, pose, map; a reader stops at the first that fails."""
         yield self._link_up()
         yield self._server()
@@ -61,15 +61,15 @@ class Nav2Signs:
 
         return watch
 
-    def _link_up(self) -> Sign:
+    def _link_up(self) -> ReadinessSign:
         where = ", ".join(self._link.config.endpoints)
-        return Sign(
+        return ReadinessSign(
             "link",
             self._link.alive,
             f"The link to the robot ({where}) is down: check the network and that zenoh-bridge-ros2dds runs there.",
         )
 
-    def _server(self) -> Sign:
+    def _server(self) -> ReadinessSign:
         if self._bridges:
             said = (
                 "The bridge offers no action navigate_to_pose: start Nav2 with RMW_IMPLEMENTATION=rmw_cyclonedds_cpp "
@@ -77,29 +77,29 @@ class Nav2Signs:
             )
         else:
             said = "No zenoh-bridge-ros2dds is behind the link: start it on the robot."
-        return Sign("action server", bool(self._servers), said)
+        return ReadinessSign("action server", bool(self._servers), said)
 
-    def _active(self) -> Sign:
+    def _active(self) -> ReadinessSign:
         try:
             answer = self._is_active.ask(IS_ACTIVE_S)
         except LinkLost as error:
-            return Sign("active", False, str(error))
+            return ReadinessSign("active", False, str(error))
         if answer.message is None:
             said = f"Nav2's lifecycle manager does not say whether Nav2 is active: {answer.why}."
-            return Sign("active", False, said)
+            return ReadinessSign("active", False, said)
         said = "Nav2 is not active: wait for its start-up to end, or look at the log of lifecycle_manager_navigation."
-        return Sign("active", bool(answer.message.success), said)
+        return ReadinessSign("active", bool(answer.message.success), said)
 
-    def _pose(self) -> Sign:
+    def _pose(self) -> ReadinessSign:
         try:
             self._poses.robot_pose(self._pose_age_s)
         except PortError as error:
-            return Sign("pose", False, f"The robot does not know where it is: {error}")
-        return Sign("pose", True)
+            return ReadinessSign("pose", False, f"The robot does not know where it is: {error}")
+        return ReadinessSign("pose", True)
 
-    def _map(self) -> Sign:
+    def _map(self) -> ReadinessSign:
         try:
             self._grid.latest()
         except PortError as error:
-            return Sign("map", False, str(error))
-        return Sign("map", True)
+            return ReadinessSign("map", False, str(error))
+        return ReadinessSign("map", True)

@@ -18,10 +18,10 @@ from drivers.ports import ANY_AGE_S, Clock, LinkLost, PortError, StaleData
 from drivers.realsense.depth import ColorDepth
 from drivers.realsense.imu import ImuPairing
 from drivers.realsense.messages import (
-    Beat,
+    CameraImuSample,
+    CameraOpened,
     FrameReady,
-    ImuSample,
-    Opened,
+    ProcessHeartbeat,
     RealSenseFrame,
     RealSenseInfo,
     RealSenseSettings,
@@ -31,8 +31,8 @@ from drivers.realsense.messages import (
     TimestampDomain,
 )
 from drivers.realsense.process import OpenDevice, Slots, attached, camera_process
-from drivers.realsense.restarts import Phase, Watchdog, WatchdogLimits
-from drivers.realsense.supervisor import Keeper
+from drivers.realsense.restarts import ProcessPhase, RestartLimits, RestartPolicy
+from drivers.realsense.supervisor import ProcessSupervisor
 from drivers.realsense.time import DeviceTime, WallTime
 from drivers.stamps import AHEAD_S
 
@@ -47,7 +47,7 @@ class RealSenseHealth:
     `info` is None before the first opening, `domain` before the first image. `trouble`: why it last stopped, or None.
     """
 
-    phase: Phase
+    phase: ProcessPhase
     counts: StreamCounts
     restarts: int
     killed: int
@@ -69,15 +69,15 @@ class RealSenseCamera:
         clock: Clock,
         *,
         open_device: OpenDevice | None = None,
-        limits: WatchdogLimits | None = None,
+        limits: RestartLimits | None = None,
     ) -> None:
         self._settings, self._clock = settings, clock
         self._open_device = open_device or partial(attached, settings.serial)
         self._processes = multiprocessing.get_context("spawn")
         self._buffer = self._processes.RawArray("B", Slots.size(settings.color_size))
         self._slots = Slots(self._buffer, settings.color_size)
-        self._watchdog = Watchdog(limits or WatchdogLimits())
-        self._keeper = Keeper(clock, self._watchdog, self._spawn, self._hear)
+        self._watchdog = RestartPolicy(limits or RestartLimits())
+        self._keeper = ProcessSupervisor(clock, self._watchdog, self._spawn, self._hear)
         self._lock = threading.Lock()
         self._started = self._still = False
         self._info: RealSenseInfo | None = None
@@ -85,7 +85,7 @@ class RealSenseCamera:
         self._counts = StreamCounts()
         self._newest: RealSenseFrame | None = None
         self._frames: deque[RealSenseFrame] = deque(maxlen=KEPT_FRAMES)
-        self._imu: deque[ImuSample] = deque(maxlen=KEPT_IMU)
+        self._imu: deque[CameraImuSample] = deque(maxlen=KEPT_IMU)
         self._wall_time, self._device_time = WallTime(clock), DeviceTime()
         self._pairing = ImuPairing()
 
@@ -139,7 +139,7 @@ class RealSenseCamera:
         """The frames since the last call, one second at most; a gap in `color_number` tells what is missing."""
         return self._taken(self._frames)
 
-    def take_imu(self) -> list[ImuSample]:
+    def take_imu(self) -> list[CameraImuSample]:
         """The IMU samples since the last call, ten seconds at most. Raises PortError where the camera has no IMU."""
         if not self.info.has_imu:
             raise PortError(f"{self.info.name} has no IMU (a D435 has none, a D435i has).")
@@ -172,7 +172,7 @@ class RealSenseCamera:
         return taken
 
     def _trouble(self) -> str:
-        if not self._watchdog.failures or self._watchdog.phase is Phase.STREAMING:
+        if not self._watchdog.failures or self._watchdog.phase is ProcessPhase.STREAMING:
             return ""
         return f" It is being restarted (failure {self._watchdog.failures}): {self._watchdog.reason}."
 
@@ -193,10 +193,10 @@ class RealSenseCamera:
         return process, ours
 
     def _hear(self, message: Any) -> None:
-        if isinstance(message, Opened):
+        if isinstance(message, CameraOpened):
             self._info, self._depth = message.info, ColorDepth(message.info)
             self._keeper.order(StandStill(self._still))
-        elif isinstance(message, Beat):
+        elif isinstance(message, ProcessHeartbeat):
             samples = self._imu_samples(message)
             with self._lock:
                 self._counts = message.counts
@@ -222,10 +222,10 @@ class RealSenseCamera:
             depth_number=message.depth_number,
         )
 
-    def _imu_samples(self, message: Beat) -> list[ImuSample]:
+    def _imu_samples(self, message: ProcessHeartbeat) -> list[CameraImuSample]:
         completed = [done for motion in message.motions for done in self._pairing.add(motion)]
         return [
-            ImuSample(
+            CameraImuSample(
                 self._time(gyro.domain, gyro.device_stamp_ns),
                 np.array(gyro.value),
                 acceleration,

@@ -8,7 +8,7 @@ from drivers.realsense.messages import ImagePair
 from openbelief.arrays import Array
 
 
-class NewsGate:
+class DuplicateFilter:
     """Remembers the last image, and counts. lost: colour images whose numbers never came."""
 
     def __init__(self) -> None:

@@ -77,7 +77,7 @@ class RealSenseFrame(CameraFrame):
 
 
 @dataclass(frozen=True)
-class ImuSample:
+class CameraImuSample:
     """gyro_rad_s, acceleration_m_s2: (3,) float64 in the camera's IMU frame, which looks as an optical frame does.
 
     One per gyroscope sample; the acceleration is interpolated to it. Stamps as in RealSenseFrame.
@@ -131,12 +131,12 @@ class StreamCounts:
 
 
 @dataclass(frozen=True)
-class Opened:
+class CameraOpened:
     info: RealSenseInfo
 
 
 @dataclass(frozen=True)
-class Beat:
+class ProcessHeartbeat:
     """Alive, whether or not an image came."""
 
     counts: StreamCounts
@@ -156,7 +156,7 @@ class FrameReady:
 
 
 @dataclass(frozen=True)
-class Ended:
+class ProcessEnded:
     """The last message. permanent: a restart cannot help."""
 
     reason: str
@@ -177,5 +177,5 @@ class StandStill:
 
 
 @dataclass(frozen=True)
-class Stop:
+class StopProcess:
     pass

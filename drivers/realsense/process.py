@@ -19,25 +19,25 @@ import numpy as np
 
 from drivers.clock import SystemClock
 from drivers.realsense.bus import open_attached
-from drivers.realsense.gate import NewsGate
+from drivers.realsense.gate import DuplicateFilter
 from drivers.realsense.messages import (
-    Beat,
     CameraGone,
+    CameraOpened,
     CameraRefused,
-    Ended,
     FrameReady,
     ImagePair,
-    Opened,
+    ProcessEnded,
+    ProcessHeartbeat,
     RealSenseSettings,
     SlotFree,
     StandStill,
-    Stop,
+    StopProcess,
     StreamCounts,
 )
 from openbelief.arrays import Array
 
 if TYPE_CHECKING:
-    from drivers.realsense.sdk import Stream
+    from drivers.realsense.sdk import SdkStream
 
 SLOTS = 4
 POLL_S = 0.1
@@ -91,11 +91,11 @@ def camera_process(
     threading.Thread(target=_listen, args=(connection, orders.put), daemon=True).start()
     try:
         _stream(connection, Slots(buffer, settings.color_size), settings, open_device, orders, reset)
-        connection.send(Ended("it was told to stop", permanent=False))
+        connection.send(ProcessEnded("it was told to stop", permanent=False))
     except CameraGone as gone:
-        connection.send(Ended(str(gone), permanent=isinstance(gone, CameraRefused)))
+        connection.send(ProcessEnded(str(gone), permanent=isinstance(gone, CameraRefused)))
     except ImportError as error:
-        connection.send(Ended(f"librealsense cannot be loaded ({error}): run `make setup`.", permanent=True))
+        connection.send(ProcessEnded(f"librealsense cannot be loaded ({error}): run `make setup`.", permanent=True))
 
 
 def _listen(connection: Connection, order: Callable[[Any], None]) -> None:
@@ -116,24 +116,24 @@ def _stream(
     reset: bool,
 ) -> None:
     device = open_device(reset=reset)
-    from drivers.realsense.sdk import Stream
+    from drivers.realsense.sdk import SdkStream
 
-    stream = Stream(device, settings)
+    stream = SdkStream(device, settings)
     try:
-        connection.send(Opened(stream.start()))
-        desk = Desk(connection, slots, stream)
+        connection.send(CameraOpened(stream.start()))
+        desk = FrameServer(connection, slots, stream)
         while desk.obey(orders):
             desk.serve()
     finally:
         stream.close()
 
 
-class Desk:
+class FrameServer:
     """Hands over one image at a time."""
 
-    def __init__(self, connection: Connection, slots: Slots, stream: Stream) -> None:
+    def __init__(self, connection: Connection, slots: Slots, stream: SdkStream) -> None:
         self._connection, self._slots, self._stream = connection, slots, stream
-        self._gate = NewsGate()
+        self._gate = DuplicateFilter()
         self._free = list(range(SLOTS))
         self._no_slot = 0
 
@@ -141,7 +141,7 @@ class Desk:
         """Whether to go on."""
         while not orders.empty():
             order = orders.get()
-            if isinstance(order, Stop):
+            if isinstance(order, StopProcess):
                 return False
             if isinstance(order, SlotFree):
                 self._free.append(order.slot)
@@ -156,7 +156,7 @@ class Desk:
             self._hand_over(pair)
         gate = self._gate
         counts = StreamCounts(gate.frames, gate.lost, self._stream.unpaired, gate.frozen, self._no_slot)
-        self._connection.send(Beat(counts, tuple(self._stream.motions())))
+        self._connection.send(ProcessHeartbeat(counts, tuple(self._stream.motions())))
 
     def _hand_over(self, pair: ImagePair) -> None:
         if not self._free:

@@ -6,21 +6,21 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 
-class Phase(StrEnum):
+class ProcessPhase(StrEnum):
     RESTING = "resting"  # no process; the next one starts at a known time
     OPENING = "opening"
     STREAMING = "streaming"
     FAILED = "failed"
 
 
-class Action(StrEnum):
+class RestartAction(StrEnum):
     NOTHING = "nothing"
     START = "start"
     STOP = "stop"
 
 
 @dataclass(frozen=True, kw_only=True)
-class WatchdogLimits:
+class RestartLimits:
     """Seconds. A miss is `miss_s` without a new image; after `misses` of them the process is stopped.
 
     open_s covers a hardware reset (6 s) and enumeration. hang_s: not even a sign of life, of which there are ten a
@@ -37,12 +37,12 @@ class WatchdogLimits:
     proven_s: float = 30.0
 
 
-class Watchdog:
+class RestartPolicy:
     """Told what happens to the camera's process; `due` says what to do now, `reason` why."""
 
-    def __init__(self, limits: WatchdogLimits) -> None:
+    def __init__(self, limits: RestartLimits) -> None:
         self._limits = limits
-        self.phase = Phase.RESTING
+        self.phase = ProcessPhase.RESTING
         self.reason = "it was not started yet"
         self.failures = 0  # in a row
         self.restarts = 0  # ever
@@ -50,21 +50,21 @@ class Watchdog:
         self._any_image = self._permanent = False
         self._frozen = self._frozen_before = 0
 
-    def due(self, now_ns: int) -> Action:
-        if self.phase is Phase.RESTING and now_ns >= self._since_ns:
-            return Action.START
+    def due(self, now_ns: int) -> RestartAction:
+        if self.phase is ProcessPhase.RESTING and now_ns >= self._since_ns:
+            return RestartAction.START
         complaint = self._complaint(now_ns)
         if complaint is None:
-            return Action.NOTHING
+            return RestartAction.NOTHING
         self.reason = complaint
-        return Action.STOP
+        return RestartAction.STOP
 
     def started(self, now_ns: int) -> None:
-        self.phase, self._since_ns, self._any_image = Phase.OPENING, now_ns, False
+        self.phase, self._since_ns, self._any_image = ProcessPhase.OPENING, now_ns, False
         self.restarts += self.failures > 0
 
     def opened(self, now_ns: int) -> None:
-        self.phase, self._since_ns = Phase.STREAMING, now_ns
+        self.phase, self._since_ns = ProcessPhase.STREAMING, now_ns
         self._alive_ns = self._image_ns = now_ns
         self._frozen = self._frozen_before = 0
 
@@ -84,9 +84,9 @@ class Watchdog:
         self.reason = reason
         self._permanent = permanent
         if permanent or self.failures > len(self._limits.back_off_s):
-            self.phase = Phase.FAILED
+            self.phase = ProcessPhase.FAILED
             return
-        self.phase = Phase.RESTING
+        self.phase = ProcessPhase.RESTING
         self._since_ns = now_ns + round(self._limits.back_off_s[self.failures - 1] * 1e9)
 
     def verdict(self) -> str:
@@ -100,9 +100,9 @@ class Watchdog:
 
     def _complaint(self, now_ns: int) -> str | None:
         limits = self._limits
-        if self.phase is Phase.OPENING and now_ns - self._since_ns > limits.open_s * 1e9:
+        if self.phase is ProcessPhase.OPENING and now_ns - self._since_ns > limits.open_s * 1e9:
             return f"it did not open within {limits.open_s:g} s"
-        if self.phase is not Phase.STREAMING:
+        if self.phase is not ProcessPhase.STREAMING:
             return None
         silent_s = (now_ns - self._alive_ns) / 1e9
         if silent_s > limits.hang_s:

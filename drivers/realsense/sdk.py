@@ -160,7 +160,7 @@ class DepthFilters:
         return frames
 
 
-class Stream:
+class SdkStream:
     """One opened device. `pair` and `motions` are polled; whatever the SDK throws comes out as CameraGone."""
 
     def __init__(self, device: Any, settings: RealSenseSettings) -> None:

@@ -11,8 +11,8 @@ from multiprocessing.context import SpawnProcess
 from typing import Any
 
 from drivers.ports import Clock, LinkLost
-from drivers.realsense.messages import Beat, Ended, FrameReady, Opened, Stop
-from drivers.realsense.restarts import Action, Phase, Watchdog
+from drivers.realsense.messages import CameraOpened, FrameReady, ProcessEnded, ProcessHeartbeat, StopProcess
+from drivers.realsense.restarts import ProcessPhase, RestartAction, RestartPolicy
 
 LISTEN_S = 0.02
 STOP_S = 1.0  # for a clean stop, then it is killed
@@ -21,14 +21,14 @@ REAP_S = 2.0  # a killed process that still stands hangs in the kernel; we go on
 Spawn = Callable[[bool], tuple[SpawnProcess, Connection]]
 
 
-class Keeper:
+class ProcessSupervisor:
     """`spawn(reset)` starts a process; `hear(message)` gets what it says, in the keeper's thread.
 
     `order` may be called from any thread and never waits. `answered` is set when the first attempt has succeeded or
     failed.
     """
 
-    def __init__(self, clock: Clock, watchdog: Watchdog, spawn: Spawn, hear: Callable[[Any], None]) -> None:
+    def __init__(self, clock: Clock, watchdog: RestartPolicy, spawn: Spawn, hear: Callable[[Any], None]) -> None:
         self._clock, self._watchdog, self._spawn, self._hear = clock, watchdog, spawn, hear
         self._orders: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._process: SpawnProcess | None = None
@@ -53,7 +53,7 @@ class Keeper:
         """Raises LinkLost once nothing more is tried."""
         if self._failure is not None:
             raise LinkLost(f"The camera driver has stopped: {self._failure}.") from self._failure
-        if self._watchdog.phase is Phase.FAILED:
+        if self._watchdog.phase is ProcessPhase.FAILED:
             raise LinkLost(self._watchdog.verdict())
 
     def _keep_alive(self) -> None:
@@ -67,12 +67,12 @@ class Keeper:
             self._end_process()
             self.answered.set()
 
-    def _act(self, action: Action) -> None:
-        if action is Action.START:
+    def _act(self, action: RestartAction) -> None:
+        if action is RestartAction.START:
             self._orders = queue.SimpleQueue()  # those were for the last one
             self._process, self._connection = self._spawn(self._watchdog.failures > 0)
             self._watchdog.started(self._clock.now_ns())
-        elif action is Action.STOP:
+        elif action is RestartAction.STOP:
             self._end(self._watchdog.reason)
 
     def _converse(self) -> None:
@@ -91,17 +91,17 @@ class Keeper:
 
     def _take(self, message: Any) -> None:
         now_ns = self._clock.now_ns()
-        if isinstance(message, Ended):
+        if isinstance(message, ProcessEnded):
             self._end(message.reason, permanent=message.permanent)
             return
-        if isinstance(message, Opened):
+        if isinstance(message, CameraOpened):
             self._watchdog.opened(now_ns)
-        elif isinstance(message, Beat):
+        elif isinstance(message, ProcessHeartbeat):
             self._watchdog.alive(now_ns, message.counts.frozen)
         elif isinstance(message, FrameReady):
             self._watchdog.image(now_ns)
         self._hear(message)
-        if isinstance(message, Opened):
+        if isinstance(message, CameraOpened):
             self.answered.set()
 
     def _cause_of_death(self) -> str:
@@ -122,7 +122,7 @@ class Keeper:
         if process is None or connection is None:
             return
         with suppress(OSError):  # already gone
-            connection.send(Stop())
+            connection.send(StopProcess())
         process.join(STOP_S)
         if process.is_alive():
             self.killed += 1

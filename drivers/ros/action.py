@@ -10,7 +10,7 @@ import numpy as np
 from drivers.ros.bridge_keys import Keys
 from drivers.ros.messages import Codec, Message, WireError
 from drivers.ros.shapes import Shapes
-from drivers.ros.subscription import Intake
+from drivers.ros.subscription import Subscription
 from drivers.ros.zenoh_link import Replies, ZenohLink
 from drivers.topics import ACTION_MAX_BYTES, Action, Service
 
@@ -140,8 +140,8 @@ class ActionClient:
         array = self._intake("status", STATUS_ARRAY, lambda message: status(statuses(message)))
         self._link.subscribe(self._keys.action(self.action, "status"), array, history=True)
 
-    def _intake(self, part: str, type_name: str, use: Callable[[Message], None]) -> Intake:
-        return Intake(f"{self.action.name} {part}", type_name, ACTION_MAX_BYTES, self._shapes, use)
+    def _intake(self, part: str, type_name: str, use: Callable[[Message], None]) -> Subscription:
+        return Subscription(f"{self.action.name} {part}", type_name, ACTION_MAX_BYTES, self._shapes, use)
 
     def _info(self, uuid: bytes) -> Message:
         return self._shapes.make("action_msgs/msg/GoalInfo", goal_id=self._uuid(uuid))

@@ -76,7 +76,7 @@ class Rate:
         return True
 
 
-class Newest:
+class NewSamples:
     """The newest sample of a port where it was not given out yet and is due."""
 
     def __init__(self, latest: Callable[[float], Any], rate: Rate) -> None:
@@ -100,7 +100,7 @@ class CameraPublisher:
         self, outlet: Outlet, clock: Clock, camera: Camera, *, rate_hz: float = 15.0, topics: CameraTopics | None = None
     ) -> None:
         self._outlet, self._topics = outlet, topics or CameraTopics()
-        self._frames = Newest(camera.latest, Rate(clock, 1.0 / rate_hz))
+        self._frames = NewSamples(camera.latest, Rate(clock, 1.0 / rate_hz))
 
     def step(self) -> None:
         frame: CameraFrame | None = self._frames.take()
@@ -121,7 +121,7 @@ class LidarPublisher:
         self, outlet: Outlet, clock: Clock, lidar: Lidar, *, rate_hz: float = 10.0, topic: Topic = LIDAR
     ) -> None:
         self._outlet, self._topic = outlet, topic
-        self._clouds = Newest(lidar.latest, Rate(clock, 1.0 / rate_hz))
+        self._clouds = NewSamples(lidar.latest, Rate(clock, 1.0 / rate_hz))
 
     def step(self) -> None:
         cloud: LidarCloud | None = self._clouds.take()

@@ -17,7 +17,7 @@ class Decoder(Protocol):
     def decode(self, payload: bytes, type_name: str) -> Message: ...
 
 
-class Intake:
+class Subscription:
     """A subscriber's callback. `use` gets every good message; a ValueError it raises drops the message too."""
 
     def __init__(

@@ -10,12 +10,12 @@ import math
 import threading
 from collections.abc import Callable
 
-from drivers.ports import CameraFrame, Charge, Clock, LidarCloud, PoseUnavailable, StaleData
+from drivers.ports import BatteryState, CameraFrame, Clock, LidarCloud, PoseUnavailable, StaleData
 from drivers.ros.bridge_keys import BridgeKeys, Keys
 from drivers.ros.clouds import cloud_of
 from drivers.ros.convert import camera_frame_of, grid_of, transforms_of
 from drivers.ros.messages import Codec, Message, WireError, codec, stamp_to_ns
-from drivers.ros.subscription import Intake
+from drivers.ros.subscription import Subscription
 from drivers.ros.transform_tree import TransformNotYet, TransformTree
 from drivers.ros.zenoh_link import ZenohLink
 from drivers.stamps import is_news, require_fresh
@@ -29,9 +29,9 @@ PAIRING = 8  # colour, depth or calibration that wait for their partners, at mos
 
 def listen(
     link: ZenohLink, keys: Keys, topic: Topic, use: Callable[[Message], None], shapes: Codec | None = None
-) -> Intake:
+) -> Subscription:
     """Subscribe to a topic behind the door that drops what cannot be used."""
-    intake = Intake(topic.name, topic.type_name, topic.max_bytes, shapes or codec(), use)
+    intake = Subscription(topic.name, topic.type_name, topic.max_bytes, shapes or codec(), use)
     link.subscribe(keys.topic(topic), intake, history=topic.latched)
     return intake
 
@@ -51,7 +51,7 @@ class RosCamera:
     ) -> None:
         self._link, self._clock, self._keys = link, clock, keys or BridgeKeys()
         self._topics = (color, depth, camera_info)
-        self._intakes: list[Intake] = []
+        self._intakes: list[Subscription] = []
         self._waiting: dict[int, dict[int, Message]] = {}  # stamp -> part -> message
         self._newest: tuple[int, tuple[Message, ...]] | None = None
         self._frame: CameraFrame | None = None
@@ -110,7 +110,7 @@ class RosLidar:
     def __init__(self, link: ZenohLink, clock: Clock, keys: Keys | None = None, *, topic: Topic = LIDAR) -> None:
         self._link, self._clock, self._keys, self._topic = link, clock, keys or BridgeKeys(), topic
         self._cloud: LidarCloud | None = None
-        self._intake: Intake | None = None
+        self._intake: Subscription | None = None
 
     def start(self) -> None:
         self._intake = listen(self._link, self._keys, self._topic, self._keep)
@@ -140,13 +140,13 @@ class RosBattery:
         self, link: ZenohLink, clock: Clock, keys: BridgeKeys | None = None, *, topic: Topic = BATTERY
     ) -> None:
         self._link, self._clock, self._keys, self._topic = link, clock, keys or BridgeKeys(), topic
-        self._charge: Charge | None = None
-        self._intake: Intake | None = None
+        self._charge: BatteryState | None = None
+        self._intake: Subscription | None = None
 
     def start(self) -> None:
         self._intake = listen(self._link, self._keys, self._topic, self._keep)
 
-    def latest(self, max_age_s: float) -> Charge:
+    def latest(self, max_age_s: float) -> BatteryState:
         self._link.check()
         charge, trouble = self._charge, self._intake.trouble() if self._intake else ""
         if charge is None:
@@ -160,7 +160,7 @@ class RosBattery:
             raise WireError("The battery's percentage is NaN: its driver does not measure the charge.")
         if not 0.0 <= fraction <= 1.0:
             raise WireError(f"A battery's percentage should be 0 to 1, got {fraction:g}.")
-        self._charge = Charge(stamp_to_ns(message.header.stamp) or self._clock.now_ns(), fraction)
+        self._charge = BatteryState(stamp_to_ns(message.header.stamp) or self._clock.now_ns(), fraction)
 
 
 class RosMap:
@@ -169,7 +169,7 @@ class RosMap:
     def __init__(self, link: ZenohLink, keys: Keys | None = None, *, topic: Topic = MAP) -> None:
         self._link, self._keys, self._topic = link, keys or BridgeKeys(), topic
         self._grid: OccupancyGrid | None = None
-        self._intake: Intake | None = None
+        self._intake: Subscription | None = None
 
     def start(self) -> None:
         self._intake = listen(self._link, self._keys, self._topic, self._keep)
@@ -196,7 +196,7 @@ class RosPoseSource:
         self._link, self._clock, self._keys = link, clock, keys or BridgeKeys()
         self._patience_s = patience_s
         self._tree = TransformTree(horizon_s=10.0)
-        self._intakes: list[Intake] = []
+        self._intakes: list[Subscription] = []
 
     def start(self) -> None:
         for topic, static in ((TF, False), (TF_STATIC, True)):

@@ -15,7 +15,7 @@ from openbelief.pose import Pose2
 UNWATCHED_S = 0.5  # a mission asks 20 times a second
 
 
-class Pulse:
+class DriveLiveness:
     """The Navigator port around another one. `beats` is False where a goal runs that nobody asked for UNWATCHED_S."""
 
     def __init__(self, navigator: Navigator, now_s: Callable[[], float] = time.monotonic) -> None:

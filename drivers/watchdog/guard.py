@@ -14,13 +14,13 @@ from drivers.ros.bridge_keys import BridgeKeys
 from drivers.ros.shapes import AUTO, shapes_of
 from drivers.ros.zenoh_link import ZenohLink
 from drivers.topics import NAVIGATE_TO_POSE
-from drivers.watchdog.latch import Action, Facts, State, Watchdog
+from drivers.watchdog.latch import Watchdog, WatchdogAction, WatchdogFacts, WatchdogState
 from drivers.watchdog.wire import (
     STATUS_S,
-    Beat,
+    HeartbeatMessage,
     ResetReply,
-    Status,
     WatchdogKeys,
+    WatchdogStatus,
     WatchdogWireError,
     packed,
     unpacked,
@@ -53,7 +53,7 @@ class WatchdogGuard:
         self._left: set[str] = set()
         self._acknowledged = self._driving = False
         self._trip = self._refusals = 0
-        self._told: tuple[State, bool] | None = None
+        self._told: tuple[WatchdogState, bool] | None = None
         self._sequence, self._told_ns = 0, 0
         self._lock = threading.RLock()
 
@@ -65,10 +65,10 @@ class WatchdogGuard:
         self._navigate.listen(lambda _: None, self._hear_goals)
 
     @property
-    def status(self) -> Status:
+    def status(self) -> WatchdogStatus:
         with self._lock:
             watchdog = self._watchdog
-            return Status(
+            return WatchdogStatus(
                 state=watchdog.state,
                 reason=watchdog.reason,
                 acknowledged=self._acknowledged,
@@ -83,13 +83,13 @@ class WatchdogGuard:
             if self._watchdog.latched and not was_latched:
                 self._acknowledged, self._refusals, self._trip = False, 0, self._trip + 1
                 logger.error("WATCHDOG: %s; cancelling every navigation goal", self._watchdog.reason)
-        if wanted is Action.CANCEL:
+        if wanted is WatchdogAction.CANCEL:
             self._navigate.cancel_later(action.ALL_GOALS, CANCEL_S, partial(self._hear_answer, self._trip))
         self._tell()
         self._link.check()  # last: a handler that fails keeps nobody from cancelling
 
-    def _facts(self, *, reset: bool = False) -> Facts:
-        return Facts(
+    def _facts(self, *, reset: bool = False) -> WatchdogFacts:
+        return WatchdogFacts(
             dict(self._beats), dict(self._gone), frozenset(self._left), self._acknowledged, self._driving, reset
         )
 
@@ -106,7 +106,7 @@ class WatchdogGuard:
 
     def _hear_beat(self, payload: bytes) -> None:
         try:
-            beat = unpacked(Beat, payload)
+            beat = unpacked(HeartbeatMessage, payload)
         except WatchdogWireError as error:
             logger.warning("a heartbeat was ignored: %s", error)
             return

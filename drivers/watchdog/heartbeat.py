@@ -11,14 +11,14 @@ from types import TracebackType
 from drivers.ports import LinkLost, PortError
 from drivers.ros.bridge_keys import BridgeKeys
 from drivers.ros.zenoh_link import ZenohLink
-from drivers.watchdog.latch import State
+from drivers.watchdog.latch import WatchdogState
 from drivers.watchdog.wire import (
     BEAT_S,
     STATUS_MAX_AGE_S,
-    Beat,
+    HeartbeatMessage,
     ResetReply,
-    Status,
     WatchdogKeys,
+    WatchdogStatus,
     WatchdogWireError,
     packed,
     unpacked,
@@ -67,7 +67,7 @@ class Heartbeat:
             self._thread = None
 
     def resume(self) -> None:
-        """Beat, whether or not it was abandoned before; that undoes no latch."""
+        """HeartbeatMessage, whether or not it was abandoned before; that undoes no latch."""
         if self._thread is None or not self._thread.is_alive():
             self._stop.clear()
             self._thread = threading.Thread(target=self._run, name="heartbeat", daemon=True)
@@ -82,7 +82,7 @@ class Heartbeat:
 
     def _beat(self, state: str) -> None:
         """A link that is closed or down carries no beat: that is for the watchdog to notice."""
-        beat = Beat(workstation=self.workstation, sequence=self._sequence, state=state)  # type: ignore[arg-type]
+        beat = HeartbeatMessage(workstation=self.workstation, sequence=self._sequence, state=state)  # type: ignore[arg-type]
         self._sequence += 1
         try:
             self._link.put(self._keys.heartbeat, packed(beat), drop=True)
@@ -95,7 +95,7 @@ class WatchdogView:
 
     def __init__(self, link: ZenohLink, keys: BridgeKeys | None = None) -> None:
         self._link, self._keys = link, WatchdogKeys(keys or BridgeKeys())
-        self._status: Status | None = None
+        self._status: WatchdogStatus | None = None
         self._heard_s = 0.0
 
     def start(self) -> None:
@@ -103,7 +103,7 @@ class WatchdogView:
         self._link.subscribe(self._keys.status, self._hear)
 
     @property
-    def status(self) -> Status | None:
+    def status(self) -> WatchdogStatus | None:
         """The newest word, None where there was none within STATUS_MAX_AGE_S of wall time."""
         return self._status if time.monotonic() - self._heard_s <= STATUS_MAX_AGE_S else None
 
@@ -112,12 +112,12 @@ class WatchdogView:
         status = self.status
         if status is None:
             return "The watchdog on the robot is not heard: start `openbelief onboard` there."
-        if status.state is State.LATCHED:
+        if status.state is WatchdogState.LATCHED:
             return (
                 f"The watchdog has stopped the robot and is latched: {status.reason}. Look at the robot, then reset it "
                 "with `openbelief onboard --reset`."
             )
-        if status.state is State.WAITING:
+        if status.state is WatchdogState.WAITING:
             return (
                 "The watchdog on the robot does not hear this workstation's heartbeat: does the router's access list "
                 "let this certificate put it?"
@@ -133,6 +133,6 @@ class WatchdogView:
 
     def _hear(self, payload: bytes) -> None:
         try:
-            self._status, self._heard_s = unpacked(Status, payload), time.monotonic()
+            self._status, self._heard_s = unpacked(WatchdogStatus, payload), time.monotonic()
         except WatchdogWireError:
             return  # somebody else's bytes on our key count as silence

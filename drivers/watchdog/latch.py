@@ -14,7 +14,7 @@ SILENCE_S = 0.7  # of a 10 Hz heartbeat: six beats may be lost, and 1 s is kept 
 RETRY_S = 0.2  # between two cancels while none was acknowledged, or while a goal runs though latched
 
 
-class State(StrEnum):
+class WatchdogState(StrEnum):
     """WAITING: no workstation. ARMED: at least one beats. LATCHED: tripped, until a person resets it."""
 
     WAITING = "waiting"
@@ -22,13 +22,13 @@ class State(StrEnum):
     LATCHED = "latched"
 
 
-class Action(StrEnum):
+class WatchdogAction(StrEnum):
     NONE = "none"
     CANCEL = "cancel all goals"
 
 
 @dataclass(frozen=True, slots=True)
-class Facts:
+class WatchdogFacts:
     """What was heard until now. beats: workstation -> when its newest heartbeat came. gone: workstation -> when its
     liveliness token went away. left: those that said goodbye. acknowledged: Nav2 took a cancel-all sent since the
     watchdog tripped. driving: Nav2's status names a goal that runs. reset: a person asks for it.
@@ -49,30 +49,30 @@ class Watchdog:
         self._silence_ns = round(silence_s * 1e9)
         self._forgotten: dict[str, int] = {}  # workstation -> its newest beat when it was reset or left
         self._cancelled_ns: int | None = None
-        self.state = State.WAITING
+        self.state = WatchdogState.WAITING
         self.reason = ""
 
     @property
     def latched(self) -> bool:
-        return self.state is State.LATCHED
+        return self.state is WatchdogState.LATCHED
 
-    def update(self, now_ns: int, facts: Facts) -> Action:
+    def update(self, now_ns: int, facts: WatchdogFacts) -> WatchdogAction:
         """CANCEL at the trip, every RETRY_S until it is acknowledged, and wherever a goal runs though latched."""
         watched = self._watched(facts)
         if self.latched:
             return self._latched(now_ns, facts)
-        self.state = State.ARMED if watched else State.WAITING
+        self.state = WatchdogState.ARMED if watched else WatchdogState.WAITING
         for workstation in watched:
             if why := self._lost(workstation, now_ns, facts):
                 return self._trip(now_ns, why)
-        return Action.NONE
+        return WatchdogAction.NONE
 
-    def _watched(self, facts: Facts) -> dict[str, int]:
+    def _watched(self, facts: WatchdogFacts) -> dict[str, int]:
         self._forgotten = {name: beat for name, beat in self._forgotten.items() if name in facts.beats}
         self._forgotten |= {name: facts.beats[name] for name in facts.left if name in facts.beats}
         return {name: beat for name, beat in facts.beats.items() if beat > self._forgotten.get(name, -1)}
 
-    def _lost(self, workstation: str, now_ns: int, facts: Facts) -> str | None:
+    def _lost(self, workstation: str, now_ns: int, facts: WatchdogFacts) -> str | None:
         """A beat after the token went shows that the workstation came back; its new token may still be on the way."""
         beat_ns = facts.beats[workstation]
         silent_ns = now_ns - beat_ns
@@ -82,17 +82,17 @@ class Watchdog:
             return f"workstation {workstation[:8]} was silent for {silent_ns / 1e9:.2f} s"
         return None
 
-    def _trip(self, now_ns: int, why: str) -> Action:
-        self.state, self.reason, self._cancelled_ns = State.LATCHED, why, now_ns
-        return Action.CANCEL
+    def _trip(self, now_ns: int, why: str) -> WatchdogAction:
+        self.state, self.reason, self._cancelled_ns = WatchdogState.LATCHED, why, now_ns
+        return WatchdogAction.CANCEL
 
-    def _latched(self, now_ns: int, facts: Facts) -> Action:
+    def _latched(self, now_ns: int, facts: WatchdogFacts) -> WatchdogAction:
         if facts.reset and facts.acknowledged:
             self._forgotten |= {name: beat for name, beat in facts.beats.items() if self._lost(name, now_ns, facts)}
-            self.state, self.reason, self._cancelled_ns = State.WAITING, "", None
-            return Action.NONE
+            self.state, self.reason, self._cancelled_ns = WatchdogState.WAITING, "", None
+            return WatchdogAction.NONE
         due = self._cancelled_ns is None or now_ns - self._cancelled_ns >= round(RETRY_S * 1e9)
         if due and (facts.driving or not facts.acknowledged):
             self._cancelled_ns = now_ns
-            return Action.CANCEL
-        return Action.NONE
+            return WatchdogAction.CANCEL
+        return WatchdogAction.NONE

@@ -8,7 +8,7 @@ from typing import Literal, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from drivers.ros.bridge_keys import BridgeKeys
-from drivers.watchdog.latch import State
+from drivers.watchdog.latch import WatchdogState
 
 MAX_BYTES = 1024
 BEAT_S = 0.1  # 10 Hz
@@ -16,18 +16,18 @@ STATUS_S = 0.2  # the robot tells the state 5 times a second, so that who comes 
 STATUS_MAX_AGE_S = 1.0
 
 
-Kind = TypeVar("Kind", bound="Message")
+Kind = TypeVar("Kind", bound="WatchdogMessage")
 
 
 class WatchdogWireError(ValueError):
     """A payload that is no heartbeat or status; the text says which."""
 
 
-class Message(BaseModel):
+class WatchdogMessage(BaseModel):
     model_config = ConfigDict(extra="ignore", frozen=True)
 
 
-class Beat(Message):
+class HeartbeatMessage(WatchdogMessage):
     """One heartbeat. state "goodbye": the workstation ends in good order and has no goal under way."""
 
     workstation: str = Field(pattern=r"^[0-9a-f]{32}$")
@@ -35,16 +35,16 @@ class Beat(Message):
     state: Literal["alive", "goodbye"] = "alive"
 
 
-class Status(Message):
+class WatchdogStatus(WatchdogMessage):
     """The watchdog's own word. reason: why it is latched, empty otherwise. sequence counts statuses."""
 
-    state: State
+    state: WatchdogState
     reason: str = ""
     acknowledged: bool = False
     sequence: int = 0
 
 
-class ResetReply(Message):
+class ResetReply(WatchdogMessage):
     """Whether a reset was taken, and if not why."""
 
     ok: bool
@@ -73,7 +73,7 @@ class WatchdogKeys:
         return self.keys.name(f"openbelief/workstation/{workstation}")
 
 
-def packed(message: Message) -> bytes:
+def packed(message: WatchdogMessage) -> bytes:
     return message.model_dump_json().encode()
 
 

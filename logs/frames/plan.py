@@ -47,7 +47,7 @@ class RecordingError(ValueError):
 
 
 @dataclass(frozen=True)
-class Topics:
+class RecordingTopics:
     """Which topics to read; None finds the only one of its kind."""
 
     color: str | None = None
@@ -59,7 +59,7 @@ class Topics:
 class PlanOptions:
     """How to read: as `logs.frames.reader.FrameReader` says."""
 
-    topics: Topics
+    topics: RecordingTopics
     map_frame: str
     stride: int
     pair_tolerance_s: float
@@ -101,7 +101,7 @@ class Scan:
 class FramePlan:
     """topics: as chosen. frames and skips: in the order of the file. unreadable: messages that are not their type."""
 
-    topics: Topics
+    topics: RecordingTopics
     frames: list[PlannedFrame]
     skips: list[Skip]
     unreadable: Counter[str]
@@ -148,7 +148,7 @@ def plan_frames(found: Scan, options: PlanOptions, name: str) -> FramePlan:
     return FramePlan(chosen, frames, skips, found.unreadable)
 
 
-def choose_topics(found: Scan, topics: Topics, name: str) -> Topics:
+def choose_topics(found: Scan, topics: RecordingTopics, name: str) -> RecordingTopics:
     """The named topics, else the only ones that can be meant; raises RecordingError."""
     color = _choose("colour", found.color, topics.color, PREFERRED_COLOR, name, "--color-topic")
     depth = _choose("depth", found.depth, topics.depth, PREFERRED_DEPTH, name, "--depth-topic")
@@ -158,7 +158,7 @@ def choose_topics(found: Scan, topics: Topics, name: str) -> Topics:
     likely = [beside] if beside in found.infos else of_camera
     candidates = found.infos if topics.camera_info else likely
     info = _choose("camera info", candidates, topics.camera_info, (), name, "--camera-info-topic")
-    return Topics(color, depth, info)
+    return RecordingTopics(color, depth, info)
 
 
 def _choose(
@@ -186,7 +186,7 @@ def _base(topic: str) -> str:
 class _Pairing:
     """Finds what belongs to a colour image, or raises SkipFrame."""
 
-    def __init__(self, found: Scan, topics: Topics, options: PlanOptions) -> None:
+    def __init__(self, found: Scan, topics: RecordingTopics, options: PlanOptions) -> None:
         self._tree, self._map_frame = found.tree, options.map_frame
         self._tolerance_ns = round(options.pair_tolerance_s * 1e9)
         self._infos = found.infos[str(topics.camera_info)]

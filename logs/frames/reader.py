@@ -15,16 +15,16 @@ from logs.frames.plan import (
     PlannedFrame,
     PlanOptions,
     RecordingError,
+    RecordingTopics,
     Skip,
     SkipFrame,
-    Topics,
     plan_frames,
     scan,
 )
 from logs.mcap_io.reader import LogReader
 from openbelief.observation import RgbdFrame
 
-__all__ = ["FrameReader", "RecordingError", "Topics", "recording_id"]
+__all__ = ["FrameReader", "RecordingError", "RecordingTopics", "recording_id"]
 
 ID_WINDOW_BYTES = 1 << 20
 
@@ -42,7 +42,7 @@ class FrameReader:
         self,
         path: str | os.PathLike[str],
         *,
-        topics: Topics | None = None,
+        topics: RecordingTopics | None = None,
         map_frame: str = "map",
         stride: int = 1,
         max_tf_gap_s: float = 0.25,
@@ -50,7 +50,7 @@ class FrameReader:
     ) -> None:
         self.path = Path(path)
         self._log = LogReader(self.path, prefix=True)
-        self._options = PlanOptions(topics or Topics(), map_frame, stride, pair_tolerance_s)
+        self._options = PlanOptions(topics or RecordingTopics(), map_frame, stride, pair_tolerance_s)
         self._max_tf_gap_s = max_tf_gap_s
         self._plan: FramePlan | None = None
         self._refused: dict[int, Skip] = {}  # by index: what only decoding found

@@ -8,7 +8,7 @@ from enum import StrEnum
 from pathlib import Path
 
 
-class Room(StrEnum):
+class DiskRoom(StrEnum):
     OK = "ok"
     LOW = "low"
     FULL = "full"
@@ -22,12 +22,12 @@ class DiskBudget:
     stop_bytes: int = 2_000_000_000
     check_every_s: float = 1.0
 
-    def room(self, folder: Path) -> tuple[Room, str]:
+    def room(self, folder: Path) -> tuple[DiskRoom, str]:
         """The verdict and a sentence for the operator."""
         free = shutil.disk_usage(folder).free
         if free < self.stop_bytes:
             sentence = f"only {free / 1e9:.1f} GB are free, recording stops below {self.stop_bytes / 1e9:.1f} GB"
-            return Room.FULL, sentence
+            return DiskRoom.FULL, sentence
         if free < self.warn_bytes:
-            return Room.LOW, f"{free / 1e9:.1f} GB are free, recording stops below {self.stop_bytes / 1e9:.1f} GB"
-        return Room.OK, f"{free / 1e9:.1f} GB are free"
+            return DiskRoom.LOW, f"{free / 1e9:.1f} GB are free, recording stops below {self.stop_bytes / 1e9:.1f} GB"
+        return DiskRoom.OK, f"{free / 1e9:.1f} GB are free"

@@ -11,7 +11,7 @@ from types import TracebackType
 from drivers.ports import Clock
 from drivers.topics import TRANSFORMS
 from logs.record.recorder import McapRecorder
-from logs.record.streams import Stream
+from logs.record.streams import RecordedStream
 
 MAX_BYTES = 256 << 20  # five seconds of raw 640x480 RGB-D at 30 Hz
 
@@ -32,7 +32,7 @@ class Cdr:
 
 @dataclass(frozen=True)
 class _Waiting:
-    stream: Stream
+    stream: RecordedStream
     size: int
     taken_ns: int
     make: Callable[[], Cdr]
@@ -54,7 +54,7 @@ class QueuedRecorder:
     ) -> None:
         """watch: sees each message that was written, on the writer's thread."""
         self._watch = watch
-        self.streams: dict[str, Stream] = {}
+        self.streams: dict[str, RecordedStream] = {}
         self._recorder, self._clock, self._max_bytes = recorder, clock, max_bytes
         self._waiting: deque[_Waiting] = deque()
         self._bytes, self._busy, self._closed = 0, False, False
@@ -80,9 +80,9 @@ class QueuedRecorder:
     def backlog_bytes(self) -> int:
         return self._bytes
 
-    def stream(self, topic: str) -> Stream:
+    def stream(self, topic: str) -> RecordedStream:
         """The counts of a topic, also before its first message."""
-        return self.streams.setdefault(topic, Stream())
+        return self.streams.setdefault(topic, RecordedStream())
 
     def offer(self, topic: str, size: int, make: Callable[[], Cdr]) -> None:
         """Take a message of `size` bytes; never waits. `make` runs on the writer's thread; a ValueError drops it."""
@@ -143,7 +143,7 @@ class QueuedRecorder:
             taken.stream.bytes += len(cdr.payload)
             self._look_at(taken.stream, cdr)
 
-    def _look_at(self, stream: Stream, cdr: Cdr) -> None:
+    def _look_at(self, stream: RecordedStream, cdr: Cdr) -> None:
         """Transforms come from several nodes, whose stamps are in no order."""
         if cdr.type_name != TRANSFORMS:
             stream.pace.see(cdr.stamp_ns)

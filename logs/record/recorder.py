@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from drivers.ports import Clock
 from logs.mcap_io.file import ChannelSpec, McapFile
 from logs.mcap_io.scan import MAX_ATTACHMENT_BYTES, MAX_CHUNK_BYTES
-from logs.record.disk import DiskBudget, Room
+from logs.record.disk import DiskBudget, DiskRoom
 from logs.record.event_log import EventLog
 from logs.record.recording_files import events_of, next_file, require_unused
 from logs.record.schemas import cdr_channel, json_channel
@@ -73,7 +73,7 @@ class McapRecorder:
         self._file: McapFile | None = None
         self._events = EventLog(events_of(self.path))
         self._last_ns = self._opened_ns = self._checked_ns = 0
-        self._room = Room.OK
+        self._room = DiskRoom.OK
         self._metadata: dict[str, dict[str, str]] = {}
         self._calibration: dict[str, tuple[str, bytes]] = {}
         self._latched: dict[str, deque[_Message]] = {}
@@ -226,11 +226,11 @@ class McapRecorder:
         if room == self._room:
             return
         self._room = room
-        if room == Room.FULL:
+        if room == DiskRoom.FULL:
             self._finish(file)
             self._file, self.failure = None, f"recording stopped: {sentence}"
             self._say("disk_full", self.failure)
-        elif room == Room.LOW:
+        elif room == DiskRoom.LOW:
             self._say("disk_low", sentence)
 
     def _is_due(self, file: McapFile, rotation: Rotation, now_ns: int) -> bool:

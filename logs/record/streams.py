@@ -10,7 +10,7 @@ JUDGED_FROM = 8  # steps; before that nobody knows what is usual
 HOLE = 1.7  # times the usual step: at a steady rate one message is missing
 
 
-class Pace:
+class StampIntervals:
     """The steps between a topic's stamps, in the order of coming. A hole is a step far longer than nine in ten are.
 
     backwards: stamps that were not after the one before.
@@ -45,7 +45,7 @@ class Pace:
 
 
 @dataclass
-class Stream:
+class RecordedStream:
     """dropped: by the recorder; reason: of its newest drop. lost: before that, by where. taken_ns: the newest's time.
 
     lasting: it should go on coming until the end, so that silence is worth a word.
@@ -59,7 +59,7 @@ class Stream:
     lost: dict[str, int] = field(default_factory=dict)
     taken_ns: int | None = None
     lasting: bool = False
-    pace: Pace = field(default_factory=Pace)
+    pace: StampIntervals = field(default_factory=StampIntervals)
 
     def drop(self, reason: str) -> None:
         self.dropped, self.reason = self.dropped + 1, reason

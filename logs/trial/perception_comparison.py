@@ -9,7 +9,7 @@ from openbelief.perception.ports import Perception
 
 
 @dataclass(frozen=True)
-class Look:
+class FrameComparison:
     """One arrival frame. before: the trial's masks; now: those of the other perception."""
 
     stamp_ns: int
@@ -17,7 +17,7 @@ class Look:
     now: list[Mask]
 
 
-class SecondLook:
+class PerceptionComparison:
     """The Perception port. The trial's own masks are consumed as well, so that every input keeps its place.
 
     looks: the frames so far. failure: what the other perception raised, None while it works.
@@ -26,7 +26,7 @@ class SecondLook:
     def __init__(self, recorded: Perception, other: Perception) -> None:
         self._recorded, self._other = recorded, other
         self.id, self.feature_text_aligned = other.id, other.feature_text_aligned
-        self.looks: list[Look] = []
+        self.looks: list[FrameComparison] = []
         self.failure: Exception | None = None
 
     def perceive(self, frame: RgbdFrame) -> list[Mask]:
@@ -36,5 +36,5 @@ class SecondLook:
         except Exception as error:
             self.failure = error
             raise
-        self.looks.append(Look(frame.stamp_ns, before, now))
+        self.looks.append(FrameComparison(frame.stamp_ns, before, now))
         return now

@@ -26,7 +26,7 @@ from drivers.ports import (
     PoseSource,
     Reaction,
     Safety,
-    Verdict,
+    SafetyVerdict,
 )
 from logs.trial import records
 from logs.trial.journal import Attached, Journal
@@ -44,14 +44,14 @@ def recorded(ports: Ports, journal: Journal) -> Ports:
     inputs = Inputs(journal)
     return Ports(
         clock=ports.clock,
-        camera=RecordedCamera(ports.camera, inputs),
-        poses=RecordedPoses(ports.poses, inputs),
-        map=RecordedMap(ports.map, inputs),
-        navigator=RecordedNavigator(ports.navigator, inputs),
-        operator=RecordedOperator(ports.operator, inputs),
-        perception=RecordedPerception(ports.perception, inputs),
-        lidar=None if ports.lidar is None else RecordedLidar(ports.lidar, inputs),
-        safety=None if ports.safety is None else RecordedSafety(ports.safety, inputs),
+        camera=JournaledCamera(ports.camera, inputs),
+        poses=JournaledPoses(ports.poses, inputs),
+        map=JournaledMap(ports.map, inputs),
+        navigator=JournaledNavigator(ports.navigator, inputs),
+        operator=JournaledOperator(ports.operator, inputs),
+        perception=JournaledPerception(ports.perception, inputs),
+        lidar=None if ports.lidar is None else JournaledLidar(ports.lidar, inputs),
+        safety=None if ports.safety is None else JournaledSafety(ports.safety, inputs),
     )
 
 
@@ -84,7 +84,7 @@ def _kind(error: Exception) -> str:
     return next(ported, type(error).__name__)
 
 
-class RecordedCamera:
+class JournaledCamera:
     def __init__(self, camera: Camera, inputs: Inputs) -> None:
         self._camera, self._inputs = camera, inputs
 
@@ -94,7 +94,7 @@ class RecordedCamera:
         return frame
 
 
-class RecordedLidar:
+class JournaledLidar:
     def __init__(self, lidar: Lidar, inputs: Inputs) -> None:
         self._lidar, self._inputs = lidar, inputs
 
@@ -104,7 +104,7 @@ class RecordedLidar:
         return cloud
 
 
-class RecordedPoses:
+class JournaledPoses:
     def __init__(self, poses: PoseSource, inputs: Inputs) -> None:
         self._poses, self._inputs = poses, inputs
 
@@ -119,7 +119,7 @@ class RecordedPoses:
         return pose
 
 
-class RecordedMap:
+class JournaledMap:
     def __init__(self, port: Map, inputs: Inputs) -> None:
         self._map, self._inputs = port, inputs
 
@@ -129,7 +129,7 @@ class RecordedMap:
         return grid
 
 
-class RecordedPerception:
+class JournaledPerception:
     def __init__(self, perception: Perception, inputs: Inputs) -> None:
         self._perception, self._inputs = perception, inputs
         self.id, self.feature_text_aligned = perception.id, perception.feature_text_aligned
@@ -142,7 +142,7 @@ class RecordedPerception:
         return masks
 
 
-class RecordedNavigator:
+class JournaledNavigator:
     def __init__(self, navigator: Navigator, inputs: Inputs) -> None:
         self._navigator, self._inputs = navigator, inputs
         self._feedback: NavigationFeedback | None = None
@@ -200,15 +200,15 @@ class RecordedNavigator:
         return end
 
 
-class RecordedSafety:
+class JournaledSafety:
     """Verdicts are asked for at every poll; only a change is written, with the poll at which it came."""
 
     def __init__(self, safety: Safety, inputs: Inputs) -> None:
         self._safety, self._inputs = safety, inputs
-        self._before = Verdict()
+        self._before = SafetyVerdict()
         self._about: tuple[Reaction, str, Pose2 | None] = (Reaction.GO, "", None)
 
-    def verdict(self, goal: Pose2 | None) -> Verdict:
+    def verdict(self, goal: Pose2 | None) -> SafetyVerdict:
         verdict = self._inputs.ask("safety.verdict", lambda: self._safety.verdict(goal))
         about = (verdict.reaction, verdict.condition, None if verdict.reaction is Reaction.GO else goal)
         if about == self._about:
@@ -222,7 +222,7 @@ class RecordedSafety:
         return verdict
 
 
-class RecordedOperator:
+class JournaledOperator:
     def __init__(self, operator: Operator, inputs: Inputs) -> None:
         self._operator, self._inputs = operator, inputs
 

@@ -20,8 +20,8 @@ from drivers.ports import (
     Ports,
     PoseUnavailable,
     Reaction,
+    SafetyVerdict,
     StaleData,
-    Verdict,
 )
 from logs.trial import records
 from logs.trial.compare import TOLERANCE
@@ -154,11 +154,11 @@ class ReplaySafety:
 
     def __init__(self, inputs: RecordedInputs) -> None:
         self._inputs = inputs
-        self._verdict = Verdict()
+        self._verdict = SafetyVerdict()
 
-    def verdict(self, goal: Pose2 | None) -> Verdict:  # noqa: ARG002
+    def verdict(self, goal: Pose2 | None) -> SafetyVerdict:  # noqa: ARG002
         if (record := self._inputs.verdict()) is not None:
-            self._verdict = Verdict(Reaction(record.reaction), record.condition, record.sentence)
+            self._verdict = SafetyVerdict(Reaction(record.reaction), record.condition, record.sentence)
         return self._verdict
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from openbelief.observation import Mask, RgbdFrame
 from openbelief.perception.mask_nms import suppress
-from openbelief.perception.ports import PerceptionFailed, PhraseProposer, Segment, SegmentEncoder, Segmenter
+from openbelief.perception.ports import PerceptionFailed, PhraseProposer, SegmentedMask, SegmentEncoder, Segmenter
 from openbelief.perception.stages import Stage
 
 
@@ -67,13 +67,13 @@ class ComposedPerception:
         for part in (self._proposer, self._segmenter, self._features):
             getattr(part, "close", lambda: None)()
 
-    def _segment(self, frame: RgbdFrame, phrases: Sequence[str]) -> list[Segment]:
+    def _segment(self, frame: RgbdFrame, phrases: Sequence[str]) -> list[SegmentedMask]:
         if not phrases:
             return []
         found = [_checked(segment, frame, self._segmenter.id) for segment in self._segmenter.segment(frame, phrases)]
         return suppress([segment for segment in found if segment.pixels.any()])
 
-    def _masks(self, frame: RgbdFrame, segments: list[Segment]) -> list[Mask]:
+    def _masks(self, frame: RgbdFrame, segments: list[SegmentedMask]) -> list[Mask]:
         """c_e is the mask's score."""
         if not segments:
             return []
@@ -86,7 +86,7 @@ class ComposedPerception:
         ]
 
 
-def _checked(segment: Segment, frame: RgbdFrame, who: str) -> Segment:
+def _checked(segment: SegmentedMask, frame: RgbdFrame, who: str) -> SegmentedMask:
     pixels = np.asarray(segment.pixels)
     if pixels.dtype != bool or pixels.shape != frame.depth_m.shape:
         raise BadModelOutput(f"{who}: a mask should be {frame.depth_m.shape} bool, got {pixels.shape} {pixels.dtype}.")

@@ -8,7 +8,7 @@ import numpy as np
 
 from openbelief.arrays import Array, normalize
 from openbelief.observation import RgbdFrame, mask_bbox
-from openbelief.perception.ports import ImageEncoder, Segment
+from openbelief.perception.ports import ImageEncoder, SegmentedMask
 
 MASKED_SHARE = 0.4418  # HOV-SG; the rest is the box crop's
 BOX_MARGIN_PX = 50
@@ -34,7 +34,7 @@ class GlobalLocalFeatures:
     def text_space(self) -> str | None:
         return self._encoder.text_space
 
-    def encode(self, frame: RgbdFrame, segments: Sequence[Segment]) -> Array:
+    def encode(self, frame: RgbdFrame, segments: Sequence[SegmentedMask]) -> Array:
         """(m, dim) float32 unit rows."""
         if not segments:
             return np.zeros((0, self.dim), dtype=np.float32)

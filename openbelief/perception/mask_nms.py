@@ -8,12 +8,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from openbelief.arrays import Array
-from openbelief.perception.ports import Segment
+from openbelief.perception.ports import SegmentedMask
 
 NMS_IOU = 0.8
 
 
-def suppress(segments: Sequence[Segment], iou: float = NMS_IOU) -> list[Segment]:
+def suppress(segments: Sequence[SegmentedMask], iou: float = NMS_IOU) -> list[SegmentedMask]:
     """The segments that stay, in their order. Two phrases for the same pixels both stay: both are evidence."""
     by_phrase: dict[str, list[int]] = defaultdict(list)
     for index, segment in enumerate(segments):
@@ -22,7 +22,7 @@ def suppress(segments: Sequence[Segment], iou: float = NMS_IOU) -> list[Segment]
     return [segment for index, segment in enumerate(segments) if index in kept]
 
 
-def _survivors(segments: Sequence[Segment], group: list[int], iou: float) -> list[int]:
+def _survivors(segments: Sequence[SegmentedMask], group: list[int], iou: float) -> list[int]:
     """Of one phrase's segments, surest first; ties by order."""
     order = sorted(group, key=lambda index: -segments[index].score)
     overlaps = mask_iou(np.stack([segments[index].pixels for index in order]))

@@ -19,7 +19,7 @@ class FrameUnseen(RuntimeError):
 
 
 @dataclass(frozen=True)
-class Segment:
+class SegmentedMask:
     """What a segmenter found for a phrase. pixels: (h, w) bool, the frame's size. score in (0, 1]."""
 
     phrase: str
@@ -82,7 +82,7 @@ class Segmenter(Protocol):
     @property
     def id(self) -> str: ...
 
-    def segment(self, frame: RgbdFrame, phrases: Sequence[str]) -> list[Segment]:
+    def segment(self, frame: RgbdFrame, phrases: Sequence[str]) -> list[SegmentedMask]:
         """Every instance of every phrase, in the order of the phrases; one encoding of the image serves them all."""
         ...
 
@@ -120,6 +120,6 @@ class SegmentEncoder(Protocol):
     @property
     def text_space(self) -> str | None: ...
 
-    def encode(self, frame: RgbdFrame, segments: Sequence[Segment]) -> Array:
+    def encode(self, frame: RgbdFrame, segments: Sequence[SegmentedMask]) -> Array:
         """(m, dim) float32 unit rows, one per segment."""
         ...

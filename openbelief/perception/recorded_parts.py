@@ -8,7 +8,7 @@ import numpy as np
 
 from openbelief.arrays import Array
 from openbelief.observation import RgbdFrame
-from openbelief.perception.ports import PerceptionFailed, Segment
+from openbelief.perception.ports import PerceptionFailed, SegmentedMask
 from openbelief.perception.recorded import RecordedPerception
 from openbelief.phrase import comparable
 
@@ -23,10 +23,10 @@ class RecordedSegmenter:
     def id(self) -> str:
         return self._recorded.id
 
-    def segment(self, frame: RgbdFrame, phrases: Sequence[str]) -> list[Segment]:
+    def segment(self, frame: RgbdFrame, phrases: Sequence[str]) -> list[SegmentedMask]:
         masks = self._recorded.perceive(frame)
         return [
-            Segment(phrase, mask.confidence, mask.pixels)
+            SegmentedMask(phrase, mask.confidence, mask.pixels)
             for phrase in phrases
             for mask in masks
             if comparable(mask.phrase) == comparable(phrase)
@@ -51,7 +51,7 @@ class RecordedFeatures:
     def text_space(self) -> str | None:
         return self._recorded.text_space if self._recorded.feature_text_aligned else None
 
-    def encode(self, frame: RgbdFrame, segments: Sequence[Segment]) -> Array:
+    def encode(self, frame: RgbdFrame, segments: Sequence[SegmentedMask]) -> Array:
         """Raises PerceptionFailed where a segment is none of the recorded masks."""
         known = {_key(mask.phrase, mask.pixels): mask.feature for mask in self._recorded.perceive(frame)}
         try:

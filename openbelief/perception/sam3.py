@@ -14,7 +14,7 @@ from openbelief.observation import RgbdFrame
 from openbelief.perception.mask_nms import suppress
 from openbelief.perception.model_folder import ModelFolder
 from openbelief.perception.picture import PictureTransform
-from openbelief.perception.ports import Segment
+from openbelief.perception.ports import SegmentedMask
 from openbelief.perception.prompt_tokens import PromptTokens
 
 SCORE_THRESHOLD = 0.5  # the model's default; on the scale of tau_q
@@ -24,7 +24,7 @@ MAPS = ("map_0", "map_1", "map_2")
 
 
 @dataclass(frozen=True)
-class Instance:
+class Sam3Instance:
     """One thing found for one phrase. box: (x0, y0, x1, y1) pixels. pixels: (h, w) bool."""
 
     score: float
@@ -42,12 +42,12 @@ class Sam3Segmenter:
         self._tokens = PromptTokens(model.file("tokenizer.json"), model.about["cleaning"])
         self._vision, self._text, self._decoder = (model.network(name) for name in ("vision", "text", "decoder"))
 
-    def segment(self, frame: RgbdFrame, phrases: Sequence[str]) -> list[Segment]:
+    def segment(self, frame: RgbdFrame, phrases: Sequence[str]) -> list[SegmentedMask]:
         """Every instance of every phrase, in the order of the phrases; the image is encoded once."""
         found = zip(phrases, self.instances(frame.color, phrases), strict=True)
-        return suppress([Segment(phrase, one.score, one.pixels) for phrase, several in found for one in several])
+        return suppress([SegmentedMask(phrase, one.score, one.pixels) for phrase, several in found for one in several])
 
-    def instances(self, color: Array, phrases: Sequence[str]) -> list[list[Instance]]:
+    def instances(self, color: Array, phrases: Sequence[str]) -> list[list[Sam3Instance]]:
         """What was found for each phrase before suppression, in the order of the network's queries."""
         if not phrases:
             return []
@@ -72,7 +72,9 @@ class Sam3Segmenter:
             yield from zip(*self._decoder.run({**maps, **prompts}), strict=True)
 
 
-def instances(logits: Array, presence: Array, boxes: Array, masks: Array, *, size: tuple[int, int]) -> list[Instance]:
+def instances(
+    logits: Array, presence: Array, boxes: Array, masks: Array, *, size: tuple[int, int]
+) -> list[Sam3Instance]:
     """The decoder's output for one phrase as instances in an image of `size` (h, w).
 
     score = sigmoid(logit) sigmoid(presence); boxes are xyxy in [0, 1]; masks are logits.
@@ -80,7 +82,7 @@ def instances(logits: Array, presence: Array, boxes: Array, masks: Array, *, siz
     height, width = size
     scores = _sigmoid(logits) * _sigmoid(presence)
     return [
-        Instance(
+        Sam3Instance(
             float(scores[i]),
             tuple((boxes[i] * [width, height, width, height]).tolist()),
             cv2.resize(_sigmoid(masks[i]), (width, height), interpolation=cv2.INTER_LINEAR) > MASK_THRESHOLD,

@@ -13,8 +13,16 @@ from urllib.parse import urlsplit
 from pydantic import BaseModel, Field, ValidationError
 
 from openbelief.observation import RgbdFrame
-from openbelief.perception.patience import Clock, Outage, Pace, Patience, Stopped, Transient, patiently
 from openbelief.perception.ports import FrameUnseen
+from openbelief.perception.retry import (
+    Outage,
+    RateLimiter,
+    RetryClock,
+    RetryPolicy,
+    RetryStopped,
+    TransientFailure,
+    patiently,
+)
 from openbelief.perception.vlm_errors import BadAnswer, VlmError, translated
 from openbelief.perception.vlm_picture import PictureFormat, data_url
 from openbelief.perception.vlm_prompt import DECODING, MAX_PHRASES, PROMPT, messages, prompt_id
@@ -63,10 +71,10 @@ class VlmProposer:
     tell: hears in one sentence that the server is away, and that it is back.
     """
 
-    def __init__(self, config: VlmConfig, clock: Clock, *, tell: Callable[[str], None]) -> None:
+    def __init__(self, config: VlmConfig, clock: RetryClock, *, tell: Callable[[str], None]) -> None:
         self.config, self._clock = config, clock
-        self._pace = Pace(config.requests_per_minute, clock)
-        self._outage, self._patience = Outage(tell), Patience(config.patience_s)
+        self._pace = RateLimiter(config.requests_per_minute, clock)
+        self._outage, self._patience = Outage(tell), RetryPolicy(config.patience_s)
         self._stop = Event()
         self._bad_lock, self._bad_in_a_row = Lock(), 0
 
@@ -84,7 +92,7 @@ class VlmProposer:
         """Ask what is served, without patience. Raises VlmError: not reachable, refused, or another model."""
         try:
             served = self._translating(lambda: [model.id for model in self._client.models.list().data])
-        except (Transient, BadAnswer) as trouble:
+        except (TransientFailure, BadAnswer) as trouble:
             raise VlmError(str(trouble)) from trouble
         if self.config.model not in served:
             names = printable(", ".join(map(str, served)) or "nothing", 200)
@@ -94,7 +102,7 @@ class VlmProposer:
             )
 
     def propose(self, frame: RgbdFrame) -> list[str]:
-        """At most 20 phrases. Raises FrameUnseen, VlmError, and Stopped after `close`."""
+        """At most 20 phrases. Raises FrameUnseen, VlmError, and RetryStopped after `close`."""
         url = data_url(frame.color, self.config.picture)
         for tries_left in reversed(range(TRIES_A_FRAME)):
             try:
@@ -139,19 +147,19 @@ class VlmProposer:
         import openai
 
         if self._stop.is_set():
-            raise Stopped("Stopped before a request was sent.")
+            raise RetryStopped("RetryStopped before a request was sent.")
         try:
             return ask()
         except (openai.OpenAIError, ValueError) as error:
             if self._stop.is_set():
-                raise Stopped("Stopped while a request was under way.") from error
+                raise RetryStopped("RetryStopped while a request was under way.") from error
             config = self.config
             raise translated(error, config.endpoint, config.model, config.timeout_s) from error
 
     def _patiently(self, ask: Callable[[], Answer]) -> Answer:
         try:
             return patiently(ask, self._patience, self._clock, outage=self._outage, stopped=self._stop.is_set)
-        except Transient as trouble:
+        except TransientFailure as trouble:
             raise VlmError(f"{trouble} Waited {self.config.patience_s:.0f} s for it.") from trouble
 
     def _unseen(self, bad: BadAnswer) -> FrameUnseen | VlmError:

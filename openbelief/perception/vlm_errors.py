@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from email.utils import parsedate_to_datetime
 from typing import TYPE_CHECKING, Literal
 
-from openbelief.perception.patience import Transient
 from openbelief.perception.ports import PerceptionFailed
+from openbelief.perception.retry import TransientFailure
 from openbelief.phrase import printable
 
 if TYPE_CHECKING:
@@ -54,13 +54,15 @@ BROKEN_OTHERWISE = Trouble("frame", "answers {status}: {said}")
 
 def translated(
     error: openai.OpenAIError | ValueError, endpoint: str, model: str, timeout_s: float
-) -> VlmError | BadAnswer | Transient:
+) -> VlmError | BadAnswer | TransientFailure:
     """The client's exception in our words."""
     import openai
 
     where = f"The model server at {endpoint}"
     if isinstance(error, openai.APITimeoutError):
-        return Transient(f"{where} does not answer within {timeout_s:.0f} s: raise timeout_s, or lower max_side_px.")
+        return TransientFailure(
+            f"{where} does not answer within {timeout_s:.0f} s: raise timeout_s, or lower max_side_px."
+        )
     if isinstance(error, openai.APIConnectionError):
         return _unreachable(error, where)
     if not isinstance(error, openai.APIStatusError):
@@ -70,18 +72,18 @@ def translated(
     words = trouble.sentence.format(status=status, said=_said(error), model=model)
     sentence = f"{where} {words} (HTTP {status})."
     if trouble.kind == "wait":
-        return Transient(sentence, _retry_after_s(error))
+        return TransientFailure(sentence, _retry_after_s(error))
     return VlmError(sentence) if trouble.kind == "end" else BadAnswer(sentence)
 
 
-def _unreachable(error: BaseException, where: str) -> VlmError | Transient:
+def _unreachable(error: BaseException, where: str) -> VlmError | TransientFailure:
     causes = [error]
     while (cause := causes[-1].__cause__ or causes[-1].__context__) is not None:
         causes.append(cause)
     why = printable(str(causes[-1])) or type(causes[-1]).__name__
     if any(isinstance(each, ssl.SSLCertVerificationError) for each in causes):
         return VlmError(f"{where} has a certificate that this machine does not trust: {why}.")
-    return Transient(f"{where} cannot be reached ({why}): start it, or correct the endpoint.")
+    return TransientFailure(f"{where} cannot be reached ({why}): start it, or correct the endpoint.")
 
 
 def _said(error: openai.APIStatusError) -> str:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from drivers.ports import Clock
     from logs.record.queued import QueuedRecorder
     from logs.record.recorder import McapRecorder
-    from logs.record.streams import Stream
+    from logs.record.streams import RecordedStream
 
 SETTLE_S, POLL_S = 10.0, 0.05
 GONE = "the sources' process ended early; its message is above"
@@ -83,7 +83,7 @@ def _measure(path: Path, seconds: float) -> dict[str, Any]:
 
 def _record(
     sources: subprocess.Popen[str], recorder: McapRecorder, clock: Clock, peaks: list[int]
-) -> tuple[dict[str, Any], float, dict[str, Stream]]:
+) -> tuple[dict[str, Any], float, dict[str, RecordedStream]]:
     """(what the sources sent, our CPU seconds meanwhile, what became of each topic) of one run."""
     from drivers.ros.zenoh_link import LinkConfig, ZenohLink
     from logs.record.queued import QueuedRecorder

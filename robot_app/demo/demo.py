@@ -14,7 +14,7 @@ from openbelief.memory import ObjectMemory
 from openbelief.perception.sentence import SentenceEncoder
 from openbelief.rooms import rooms_of
 from openbelief.target_phrase import target_phrase
-from robot_app.config import Config, Sim, dump_config
+from robot_app.config import Config, SimSection, dump_config
 from robot_app.demo.folder import CONFIG_HEAD, Files
 from robot_app.demo.walk import record_walk
 from robot_app.mapping import MapJob, Progress, run_map
@@ -56,7 +56,7 @@ def run_demo(folder: Path, query: str, scene: str, seed: int, progress: Progress
     config = Config(
         memory=files.memory,
         trials=folder,
-        sim=Sim(scene=scene, seed=seed),
+        sim=SimSection(scene=scene, seed=seed),
         mission=MissionPolicy(motion="allow"),
     )
     files.config.write_text(CONFIG_HEAD + dump_config(_from_its_folder(config)), encoding="utf-8")

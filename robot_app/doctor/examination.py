@@ -10,10 +10,10 @@ from drivers.ports import LinkLost, PortError
 from drivers.watchdog.heartbeat import WatchdogView
 from robot_app.app import Robot, open_robot
 from robot_app.config import Config, ConfigError, load_config
-from robot_app.doctor.finding import Level, Line, Patient
+from robot_app.doctor.finding import Examined, Finding, Level
 from robot_app.doctor.robot import MEND, ROBOT_CHECKS, port_topics
 from robot_app.doctor.sensors import LISTEN_S, counter, examine_local
-from robot_app.doctor.topic_probe import Ears
+from robot_app.doctor.topic_probe import TopicProbe
 from robot_app.doctor.workstation import SITE_CHECKS
 from robot_app.record.recording import ON_THE_WIRE
 
@@ -21,27 +21,27 @@ NO_FILE = "name one with --config; openbelief demo writes demo-out/robot.toml, d
 LEFT_OUT = "then ask again, for transforms, map, Nav2 and watchdog were not looked at"
 
 
-def examine_file(path: Path, now_ns: int) -> Iterator[Line]:
+def examine_file(path: Path, now_ns: int) -> Iterator[Finding]:
     """Every check of what robot.toml names; without a usable one, those of this machine that need none."""
     try:
         config = load_config(path)
     except ConfigError as error:
         remedy = NO_FILE if not path.exists() else "mend that line; docs/robot.md has a whole file"
-        yield Line("config", Level.FAIL, str(error), remedy)
+        yield Finding("config", Level.FAIL, str(error), remedy)
         yield from examine_site(Config(), now_ns)
         return
-    yield Line("config", Level.OK, str(path))
+    yield Finding("config", Level.OK, str(path))
     yield from examine_site(config, now_ns)
     yield from examine_all_of_robot(config)
 
 
-def examine_site(config: Config, now_ns: int) -> Iterator[Line]:
+def examine_site(config: Config, now_ns: int) -> Iterator[Finding]:
     """The checks that need no robot."""
     for check in SITE_CHECKS:
         yield from check(config, now_ns)
 
 
-def examine_all_of_robot(config: Config) -> Iterator[Line]:
+def examine_all_of_robot(config: Config) -> Iterator[Finding]:
     """Where the robot cannot be opened, one line says why, and the sensors of this machine are looked at alone."""
     with ExitStack() as opened:
         try:
@@ -49,16 +49,16 @@ def examine_all_of_robot(config: Config) -> Iterator[Line]:
         except (PortError, OSError, ValueError, RuntimeError) as error:
             link = isinstance(error, LinkLost) and config.zenoh.endpoint in str(error)
             remedy = MEND["link"] if link else "mend that, or name another body for it in [ports]"
-            yield Line("robot", Level.FAIL, str(error), f"{remedy}; {LEFT_OUT}")
+            yield Finding("robot", Level.FAIL, str(error), f"{remedy}; {LEFT_OUT}")
         else:
             yield from examine_robot(config, robot)
             return
     yield from examine_local(config)
 
 
-def examine_robot(config: Config, robot: Robot) -> Iterator[Line]:
+def examine_robot(config: Config, robot: Robot) -> Iterator[Finding]:
     """The checks of an open robot, after a few seconds of listening."""
-    ears = Ears(robot.clock)
+    ears = TopicProbe(robot.clock)
     for port in ("camera", "lidar", "pose"):
         word = getattr(config.ports, port)
         if word in ON_THE_WIRE:
@@ -72,6 +72,6 @@ def examine_robot(config: Config, robot: Robot) -> Iterator[Line]:
     watchdog = WatchdogView(wire.link, wire.keys)
     watchdog.start()
     ears.listen(LISTEN_S)
-    patient = Patient(config, robot, ears, watchdog)
+    patient = Examined(config, robot, ears, watchdog)
     for check in ROBOT_CHECKS:
         yield from check(patient)

@@ -8,7 +8,7 @@ from enum import StrEnum
 from drivers.watchdog.heartbeat import WatchdogView
 from robot_app.app import Robot
 from robot_app.config import Config
-from robot_app.doctor.topic_probe import Ears
+from robot_app.doctor.topic_probe import TopicProbe
 
 
 class Level(StrEnum):
@@ -18,7 +18,7 @@ class Level(StrEnum):
 
 
 @dataclass(frozen=True)
-class Line:
+class Finding:
     """One finding. remedy: what to do, empty where all is well."""
 
     name: str
@@ -28,10 +28,10 @@ class Line:
 
 
 @dataclass(frozen=True)
-class Patient:
+class Examined:
     """What robot checks look at: the open robot, what was heard of its topics, its watchdog as it is heard here."""
 
     config: Config
     robot: Robot
-    ears: Ears
+    ears: TopicProbe
     watchdog: WatchdogView

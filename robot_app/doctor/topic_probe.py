@@ -21,7 +21,7 @@ GAP = 1.5  # periods
 
 
 @dataclass
-class Heard:
+class ProbedTopic:
     """One topic. stamps_ns: of the messages; lags_ns: their age when they came. unreadable: messages that are none."""
 
     stamps_ns: list[int] = field(default_factory=list)
@@ -42,14 +42,14 @@ class Heard:
         return sum(round(step / period) - 1 for step in steps if step > GAP * period)
 
 
-class Ears:
+class TopicProbe:
     """`hear(wire, topics)` and `count(port, counter)` as often as needed, then `listen`.
 
     Callbacks come on Zenoh's threads.
     """
 
     def __init__(self, clock: Clock) -> None:
-        self.topics: dict[str, Heard] = {}
+        self.topics: dict[str, ProbedTopic] = {}
         self.edges: dict[tuple[str, str], int | None] = {}  # (parent, child) -> newest stamp, None where static
         self.seconds = 0.0
         self.diagnoses: dict[str, tuple[Diagnosis, ...]] = {}  # sensor -> the newest
@@ -60,7 +60,7 @@ class Ears:
     def hear(self, wire: Wire, topics: tuple[Topic, ...]) -> None:
         """Begin to listen to these."""
         for topic in topics:
-            self.topics[topic.name] = Heard()
+            self.topics[topic.name] = ProbedTopic()
             wire.link.subscribe(wire.keys.topic(topic), self._keeper(topic), history=topic.latched)
 
     def count(self, port: str, counter: Callable[[], int]) -> None:

@@ -5,35 +5,35 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 
-from logs.record.disk import DiskBudget, Room
+from logs.record.disk import DiskBudget, DiskRoom
 from robot_app.app import mission_perception, mission_text_encoder
 from robot_app.cli import Failure
 from robot_app.config import Config
-from robot_app.doctor.finding import Level, Line
+from robot_app.doctor.finding import Finding, Level
 
 EXPIRY_WARN_DAYS = 14
 
 
-def check_memory(config: Config, _now_ns: int) -> Iterator[Line]:
+def check_memory(config: Config, _now_ns: int) -> Iterator[Finding]:
     from openbelief.memory import ObjectMemory
 
     if config.memory is None:
-        yield Line("memory", Level.WARN, "none is named", 'say memory = "site.belief" (openbelief map makes one)')
+        yield Finding("memory", Level.WARN, "none is named", 'say memory = "site.belief" (openbelief map makes one)')
         return
     try:
         memory = ObjectMemory.open(config.memory)
     except (OSError, ValueError) as error:
-        yield Line("memory", Level.FAIL, str(error), "name a file that openbelief map has finished")
+        yield Finding("memory", Level.FAIL, str(error), "name a file that openbelief map has finished")
         return
-    yield Line("memory", Level.OK, f"{len(memory.objects)} objects in {config.memory.name}")
+    yield Finding("memory", Level.OK, f"{len(memory.objects)} objects in {config.memory.name}")
     try:
         encoder = mission_text_encoder(config)
     except Failure as error:
-        yield Line("text encoder", Level.FAIL, str(error), "mend [perception] profile")
+        yield Finding("text encoder", Level.FAIL, str(error), "mend [perception] profile")
         return
     same = (encoder.id, encoder.dim) == (memory.text_encoder_id, memory.text_dim)
     said = f"{encoder.id} here, {memory.text_encoder_id} in the memory"
-    yield Line(
+    yield Finding(
         "text encoder",
         Level.OK if same else Level.FAIL,
         said,
@@ -41,37 +41,37 @@ def check_memory(config: Config, _now_ns: int) -> Iterator[Line]:
     )
 
 
-def check_models(config: Config, _now_ns: int) -> Iterator[Line]:
+def check_models(config: Config, _now_ns: int) -> Iterator[Finding]:
     """Opened as a mission would open them: files, sizes, and the model server where there is one."""
     try:
         mission_perception(config, mission_text_encoder(config))
     except Failure as error:
-        yield Line("perception", Level.FAIL, str(error), "mend [perception] profile, or what it names")
+        yield Finding("perception", Level.FAIL, str(error), "mend [perception] profile, or what it names")
         return
-    yield Line("perception", Level.OK, config.perception.profile)
+    yield Finding("perception", Level.OK, config.perception.profile)
 
 
-def check_gpu(config: Config, _now_ns: int) -> Iterator[Line]:
+def check_gpu(config: Config, _now_ns: int) -> Iterator[Finding]:
     import onnxruntime
 
     if "CUDAExecutionProvider" in onnxruntime.get_available_providers():
-        yield Line("gpu", Level.OK, "onnxruntime can use CUDA")
+        yield Finding("gpu", Level.OK, "onnxruntime can use CUDA")
     elif config.perception.profile.startswith("paper"):
         remedy = "install a GPU build of onnxruntime and its CUDA libraries, or expect seconds for every look"
-        yield Line("gpu", Level.WARN, "none that onnxruntime can use", remedy)
+        yield Finding("gpu", Level.WARN, "none that onnxruntime can use", remedy)
     else:
-        yield Line("gpu", Level.OK, f"none, and {config.perception.profile} needs none")
+        yield Finding("gpu", Level.OK, f"none, and {config.perception.profile} needs none")
 
 
-def check_disk(config: Config, _now_ns: int) -> Iterator[Line]:
+def check_disk(config: Config, _now_ns: int) -> Iterator[Finding]:
     folder = next(folder for folder in (config.trials, *config.trials.resolve().parents) if folder.is_dir())
     budget = DiskBudget(config.recording.warn_bytes, config.recording.stop_bytes)
     room, sentence = budget.room(folder)
-    level = {Room.OK: Level.OK, Room.LOW: Level.WARN, Room.FULL: Level.FAIL}[room]
-    yield Line("disk", level, sentence, "" if room == Room.OK else f"make room on the disk of {folder}")
+    level = {DiskRoom.OK: Level.OK, DiskRoom.LOW: Level.WARN, DiskRoom.FULL: Level.FAIL}[room]
+    yield Finding("disk", level, sentence, "" if room == DiskRoom.OK else f"make room on the disk of {folder}")
 
 
-def check_certificates(config: Config, now_ns: int) -> Iterator[Line]:
+def check_certificates(config: Config, now_ns: int) -> Iterator[Finding]:
     """Readable, and valid now and for a while."""
     from cryptography import x509
 
@@ -81,15 +81,15 @@ def check_certificates(config: Config, now_ns: int) -> Iterator[Line]:
         try:
             end = x509.load_pem_x509_certificate(path.read_bytes()).not_valid_after_utc
         except (OSError, ValueError) as error:
-            yield Line(f"certificate {path.name}", Level.FAIL, str(error), "make a site with openbelief certs")
+            yield Finding(f"certificate {path.name}", Level.FAIL, str(error), "make a site with openbelief certs")
             continue
         days = (end - datetime.fromtimestamp(now_ns // 10**9, UTC)).days
         level = Level.FAIL if days < 0 else Level.WARN if days < EXPIRY_WARN_DAYS else Level.OK
         remedy = "" if level == Level.OK else "make a new site with openbelief certs, and copy it to every machine"
-        yield Line(f"certificate {path.name}", level, f"valid until {end:%Y-%m-%d}", remedy)
+        yield Finding(f"certificate {path.name}", level, f"valid until {end:%Y-%m-%d}", remedy)
 
 
-SITE_CHECKS: tuple[Callable[[Config, int], Iterator[Line]], ...] = (
+SITE_CHECKS: tuple[Callable[[Config, int], Iterator[Finding]], ...] = (
     check_disk,
     check_memory,
     check_models,

@@ -20,7 +20,7 @@ from robot_app.mission.trials import run_recorded
 
 
 @dataclass(frozen=True)
-class Recorded:
+class RecordedMission:
     """A mission's outcome and its trial. failure: why the trial is not on the disk, None where it is."""
 
     outcome: Outcome
@@ -46,7 +46,7 @@ class Missions:
         perception = mission_perception(config, mission_text_encoder(config))
         self.ports = replace(robot.ports(operator, perception, watch.safety), navigator=watch.navigator)
 
-    def ask(self, sentence: str, trial: Path | None = None) -> Recorded:
+    def ask(self, sentence: str, trial: Path | None = None) -> RecordedMission:
         """Run one mission to its end. Raises ValueError where the sentence names nothing."""
         self.watch.heartbeat.resume()
         trial_id = f"{self._robot.clock.now_ns()}"
@@ -66,7 +66,7 @@ class Missions:
         )
         if USE_THE_REMOTE in outcome.reason.lower():
             self.watch.heartbeat.abandon()  # our cancel went unanswered: the watchdog on the robot cancels there
-        return Recorded(outcome, path, failure)
+        return RecordedMission(outcome, path, failure)
 
 
 def _unused(path: Path) -> Path:

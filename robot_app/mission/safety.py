@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from behaviors.supervision import Sources, Supervision, nothing_wrong
 from drivers.ports import Navigator, Safety
 from drivers.ros.zenoh_link import ZenohLink
-from drivers.watchdog.drive_liveness import Pulse
+from drivers.watchdog.drive_liveness import DriveLiveness
 from drivers.watchdog.heartbeat import Heartbeat, WatchdogView
 from openbelief.memory import ObjectMemory
 from robot_app.app import Robot
@@ -53,7 +53,7 @@ def watched(config: Config, robot: Robot, memory: ObjectMemory) -> Iterator[Watc
         watchdog=watchdog.trouble if needed else nothing_wrong,
         memory=memory,
     )
-    pulse = Pulse(robot.navigator)
+    pulse = DriveLiveness(robot.navigator)
     with Heartbeat(wire.link, wire.keys, alive=pulse.beats) as heartbeat:
         if needed:
             _await_armed(watchdog)

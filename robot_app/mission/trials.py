@@ -18,7 +18,7 @@ from logs.structured import trial_context
 from logs.trial.compare import BY_PERCEPTION, EXACTLY, Difference, compare_decisions
 from logs.trial.file import MEMORY_MAX_BYTES, NoTrial, TrialError, TrialHeader, TrialReader, TrialWriter
 from logs.trial.journal import ListJournal
-from logs.trial.perception_comparison import SecondLook
+from logs.trial.perception_comparison import PerceptionComparison
 from logs.trial.records import Checks, Chosen, Exclusion, Record
 from logs.trial.replay_ports import replay_ports
 from openbelief.memory import ObjectMemory
@@ -39,7 +39,7 @@ class Replayed:
     trial: TrialReader
     decisions: list[Record]
     difference: Difference | None
-    again: SecondLook | None = None
+    again: PerceptionComparison | None = None
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ def replay_trial(
         ports, again = replay_ports(trial.entries), None
         if perception is not None:
             other = opened.enter_context(perception_again(trial, memory, perception, seed))
-            again = SecondLook(ports.perception, other)
+            again = PerceptionComparison(ports.perception, other)
             ports = replace(ports, perception=again)
         journal = ListJournal()
         parameters = Parameters.from_dict(dict(trial.about.settings["parameters"]))

@@ -11,7 +11,7 @@ from urllib.parse import urlsplit
 
 from openbelief.phrase import printable
 from robot_app.cli import Failure
-from robot_app.models.table import CHECKPOINTS, FileFacts, Lock, Model, difference, facts_of
+from robot_app.models.table import CHECKPOINTS, FileFacts, Lock, ModelEntry, difference, facts_of
 
 if TYPE_CHECKING:
     from huggingface_hub import HfFileMetadata
@@ -21,7 +21,9 @@ METADATA_TIMEOUT_S = 10.0
 LFS_HASH = re.compile(r"[0-9a-f]{64}")
 
 
-def pull(name: str, model: Model, folder: Path, *, endpoint: str | None, tell: Callable[[str], None]) -> list[Path]:
+def pull(
+    name: str, model: ModelEntry, folder: Path, *, endpoint: str | None, tell: Callable[[str], None]
+) -> list[Path]:
     """Every file of a "hub" row into FOLDER/checkpoints/NAME. Raises Failure; a wrong file is deleted, a cut one
     is resumed."""
     if model.source != "hub":
@@ -32,7 +34,7 @@ def pull(name: str, model: Model, folder: Path, *, endpoint: str | None, tell: C
 
 
 def _pull_file(
-    name: str, model: Model, file: str, folder: Path, lock: Lock, endpoint: str | None, tell: Callable[[str], None]
+    name: str, model: ModelEntry, file: str, folder: Path, lock: Lock, endpoint: str | None, tell: Callable[[str], None]
 ) -> Path:
     expected = _merged(model.files[file], lock.facts(name, file))
     path = folder / CHECKPOINTS / name / file
@@ -62,7 +64,7 @@ def _merged(row: FileFacts, locked: FileFacts | None) -> FileFacts:
     )
 
 
-def _remote(model: Model, file: str, revision: str, endpoint: str | None) -> tuple[HfFileMetadata, dict[str, str]]:
+def _remote(model: ModelEntry, file: str, revision: str, endpoint: str | None) -> tuple[HfFileMetadata, dict[str, str]]:
     """What the hub says of the file (the commit behind a branch's name, where its bytes are, size, hash), and the
     headers to ask for them with: another host than the hub, which has the large files, gets no token."""
     from huggingface_hub import get_hf_file_metadata, hf_hub_url

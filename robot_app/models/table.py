@@ -28,7 +28,7 @@ class FileFacts(BaseModel):
     revision: str | None = None  # the hub's commit, in the lock only
 
 
-class Model(BaseModel):
+class ModelEntry(BaseModel):
     """One row. files: path in the repository -> facts. export: the script and its arguments."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -42,12 +42,12 @@ class Model(BaseModel):
     export: list[str] | None = None
 
 
-def table() -> dict[str, Model]:
+def table() -> dict[str, ModelEntry]:
     text = Path(__file__).with_name("models.toml").read_text(encoding="utf-8")
-    return {name: Model.model_validate(row) for name, row in tomllib.loads(text).items()}
+    return {name: ModelEntry.model_validate(row) for name, row in tomllib.loads(text).items()}
 
 
-def row(name: str) -> Model:
+def row(name: str) -> ModelEntry:
     """Raises Failure naming the rows there are."""
     models = table()
     if name not in models:

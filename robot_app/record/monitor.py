@@ -12,7 +12,7 @@ from logs.record.coverage import Coverage
 from logs.record.port_tap import PortTap
 from logs.record.queued import QueuedRecorder
 from logs.record.recorder import McapRecorder
-from logs.record.streams import Stream
+from logs.record.streams import RecordedStream
 from logs.record.tap import TopicTap
 from robot_app.app import Robot
 
@@ -59,7 +59,7 @@ class StreamStatus:
 
 
 @dataclass(frozen=True)
-class Status:
+class RecordingStatus:
     """A moment of a recording. coverage: 0 to 1 of `floor_m2`, None before there is a map. trouble: sentences.
 
     gone: those of them about a source that has ended, or fallen silent, before the recording did.
@@ -102,7 +102,7 @@ class Status:
         }
 
 
-class Gauge:
+class RecordingMonitor:
     """Reads the recording's counts, and the robot's own ports for coverage once a second."""
 
     def __init__(self, robot: Robot, queue: QueuedRecorder, recorder: McapRecorder, taps: Taps) -> None:
@@ -129,7 +129,7 @@ class Gauge:
         self._blind = ""
         self._coverage.look(frame.depth_m, frame.intrinsics, T_map_camera)
 
-    def status(self) -> Status:
+    def status(self) -> RecordingStatus:
         """Now; rates count from the call before."""
         now_ns = self._robot.clock.now_ns()
         streams = {name: self._stream(name, now_ns) for name in sorted(self._queue.streams)}
@@ -137,7 +137,7 @@ class Gauge:
         self._before = {name: stream.written for name, stream in streams.items()}
         gone = [*self._taps.gone, *self._silent(now_ns)]
         trouble = [*gone, *self._taps.ports.trouble.values(), self._blind, self._recorder.failure or ""]
-        return Status(
+        return RecordingStatus(
             seconds=(now_ns - self._begin_ns) / 1e9,
             streams=streams,
             payload_bytes=sum(stream.bytes for stream in self._queue.streams.values()),
@@ -172,7 +172,7 @@ class Gauge:
         )
 
 
-def _silent_s(stream: Stream, now_ns: int) -> float | None:
+def _silent_s(stream: RecordedStream, now_ns: int) -> float | None:
     """For how long, None where that is no more than its way."""
     if stream.taken_ns is None or not stream.lasting:
         return None

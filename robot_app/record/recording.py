@@ -34,8 +34,8 @@ from logs.record.recording_files import require_unused
 from logs.record.tap import TopicTap
 from logs.versions import commit, versions
 from robot_app.app import Robot, Wire, open_robot
-from robot_app.config import Config, Topics, dump_config
-from robot_app.record.monitor import Gauge, Status, Taps
+from robot_app.config import Config, TopicsSection, dump_config
+from robot_app.record.monitor import RecordingMonitor, RecordingStatus, Taps
 from sim_fakes.world.walk import Walker
 
 TICK_S = 0.02
@@ -59,20 +59,20 @@ class RecordJob:
 
 
 @dataclass(frozen=True)
-class Recorded:
+class RecordingResult:
     """What lies on the disk. failure: why the recording ended early, None where it did not."""
 
     paths: tuple[Path, ...]
-    status: Status
+    status: RecordingStatus
     failure: str | None
 
 
 def record(
     job: RecordJob,
     stop: threading.Event,
-    show: Callable[[Callable[[], Status]], None],
+    show: Callable[[Callable[[], RecordingStatus]], None],
     tell: Callable[[str], None],
-) -> Recorded:
+) -> RecordingResult:
     """Record until `stop`, the time's or the walk's end, or the disk's refusal. show: called each tick, asks when due.
 
     Raises PortError, SceneError, LogError or OSError with a sentence, before anything is recorded.
@@ -88,12 +88,12 @@ def record(
         taps = start_taps(robot, job.config, queue)
         if robot.site.simulation is not None:
             robot.site.simulation.site.topics.start_imu()
-        gauge = Gauge(robot, queue, recorder, taps)
+        gauge = RecordingMonitor(robot, queue, recorder, taps)
         _run(job, robot, queue, recorder, taps.ports, gauge, stop, show)
         queue.drain()
         status = gauge.status()
         recorder.close()
-        return Recorded(tuple(recorder.paths), status, recorder.failure)
+        return RecordingResult(tuple(recorder.paths), status, recorder.failure)
 
 
 def _run(
@@ -102,9 +102,9 @@ def _run(
     queue: QueuedRecorder,
     recorder: McapRecorder,
     tap: PortTap,
-    gauge: Gauge,
+    gauge: RecordingMonitor,
     stop: threading.Event,
-    show: Callable[[Callable[[], Status]], None],
+    show: Callable[[Callable[[], RecordingStatus]], None],
 ) -> None:
     begin_ns, simulation = robot.clock.now_ns(), robot.site.simulation
     walker = None
@@ -194,7 +194,7 @@ def _tap_wire(wire: Wire, ports: list[str], queue: QueuedRecorder) -> TopicTap:
     return tap
 
 
-def wire_topics(port: str, names: Topics) -> tuple[Topic, ...]:
+def wire_topics(port: str, names: TopicsSection) -> tuple[Topic, ...]:
     """The topics of a port, beside colour."""
     table = {
         "camera": ((DEPTH, names.depth), (CAMERA_INFO, names.camera_info), (CAMERA_IMU, names.camera_imu)),

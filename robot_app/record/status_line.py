@@ -12,7 +12,7 @@ from rich.live import Live
 from rich.text import Text
 
 from logs.structured import neutralise
-from robot_app.record.monitor import Status
+from robot_app.record.monitor import RecordingStatus
 
 SCREEN_EVERY_S, LINE_EVERY_S = 0.5, 5.0
 SHORT = {
@@ -22,8 +22,8 @@ SHORT = {
 }
 
 
-class RecordLine:
-    """`with RecordLine() as line: line.show(gauge.status)`: asks for a status when the next line is due."""
+class StatusLine:
+    """`with StatusLine() as line: line.show(gauge.status)`: asks for a status when the next line is due."""
 
     def __init__(self) -> None:
         self._console = Console(stderr=True)
@@ -31,7 +31,7 @@ class RecordLine:
         self._every_s = SCREEN_EVERY_S if sys.stderr.isatty() else LINE_EVERY_S
         self._next_s = 0.0
 
-    def __enter__(self) -> RecordLine:
+    def __enter__(self) -> StatusLine:
         if sys.stderr.isatty():
             self._live = Live(console=self._console, auto_refresh=False)
             self._live.start()
@@ -44,7 +44,7 @@ class RecordLine:
         if self._live is not None:
             self._live.stop()
 
-    def show(self, status: Callable[[], Status]) -> None:
+    def show(self, status: Callable[[], RecordingStatus]) -> None:
         now_s = time.monotonic()
         if now_s < self._next_s:
             return
@@ -60,7 +60,7 @@ class RecordLine:
         self._console.print(neutralise(sentence), highlight=False, markup=False, soft_wrap=True)
 
 
-def line(status: Status) -> str:
+def line(status: RecordingStatus) -> str:
     """Everything of a status, in one line."""
     minutes, seconds = divmod(int(status.seconds), 60)
     rates = ", ".join(f"{short(name)} {stream.rate_hz:.1f}/s" for name, stream in status.streams.items())
@@ -73,7 +73,7 @@ def line(status: Status) -> str:
     return neutralise(" | ".join([*parts, *status.trouble]))
 
 
-def _losses(status: Status) -> list[str]:
+def _losses(status: RecordingStatus) -> list[str]:
     """What never came to the recorder, by topic and place; nothing where nothing is missing."""
     streams = [(short(name), stream) for name, stream in status.streams.items()]
     lost = [f"{name} {count} {where}" for name, stream in streams for where, count in stream.lost.items()]
@@ -88,7 +88,7 @@ def _losses(status: Status) -> list[str]:
     return [what + ", ".join(where) for what, where in parts.items() if where]
 
 
-def _disk(status: Status) -> str:
+def _disk(status: RecordingStatus) -> str:
     return f"{status.payload_bytes / 1e6:.0f} MB taken, {status.free_bytes / 1e9:.0f} GB free"
 
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from robot_app.cli import print_json
 
 if TYPE_CHECKING:
-    from robot_app.doctor.finding import Line
+    from robot_app.doctor.finding import Finding
 
 EXAMPLE = "openbelief doctor --config demo-out/robot.toml"
 
@@ -42,7 +42,7 @@ def run(options: argparse.Namespace) -> int:
     return 1 if failed else 0
 
 
-def written(line: Line) -> str:
+def written(line: Finding) -> str:
     """`fail  lidar: what is wrong`, and the remedy on a line of its own."""
     from logs.structured import neutralise
 

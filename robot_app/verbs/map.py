@@ -52,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    from logs.frames.reader import Topics
+    from logs.frames.reader import RecordingTopics
     from robot_app.mapping import MapJob, require_recordings, run_map
     from robot_app.perceptions import text_encoder_of
     from robot_app.progress import progress
@@ -64,7 +64,7 @@ def run(options: argparse.Namespace) -> int:
         out=options.out,
         perceptions=options.perception or [_beside(path) for path in options.recordings],
         parameters=_parameters(options.parameters),
-        topics=Topics(options.color_topic, options.depth_topic, options.camera_info_topic),
+        topics=RecordingTopics(options.color_topic, options.depth_topic, options.camera_info_topic),
         map_frame=options.map_frame,
         stride=options.stride,
         force=options.force,

@@ -16,7 +16,7 @@ from robot_app.cli import Failure, print_json
 
 if TYPE_CHECKING:
     from robot_app.models.check import Checked
-    from robot_app.models.table import Model
+    from robot_app.models.table import ModelEntry
 
 EXAMPLE = "openbelief models list"
 EXPORT_PYTHON = Path(".venv-export/bin/python")
@@ -93,7 +93,7 @@ def _export(options: argparse.Namespace) -> int:
     return 0
 
 
-def export_command(name: str, model: Model, folder: Path) -> list[str]:
+def export_command(name: str, model: ModelEntry, folder: Path) -> list[str]:
     """What makes FOLDER/NAME of FOLDER/checkpoints/NAME; raises Failure where there is nothing to export."""
     from robot_app.models.table import CHECKPOINTS
 
@@ -116,7 +116,7 @@ def _check(options: argparse.Namespace) -> int:
     return 0
 
 
-def _show_models(models: dict[str, Model]) -> None:
+def _show_models(models: dict[str, ModelEntry]) -> None:
     from rich.table import Table
 
     from robot_app.tables import cell, show
@@ -129,7 +129,7 @@ def _show_models(models: dict[str, Model]) -> None:
     show(shown)
 
 
-def _size(model: Model) -> str:
+def _size(model: ModelEntry) -> str:
     """Of all its files, where every one of them is known."""
     sizes = [facts.bytes for facts in model.files.values() if facts.bytes is not None]
     if not model.files:
@@ -137,7 +137,7 @@ def _size(model: Model) -> str:
     return f"{sum(sizes) / 2**20:.1f} MiB" if len(sizes) == len(model.files) else "unknown"
 
 
-def _hashes(model: Model) -> str:
+def _hashes(model: ModelEntry) -> str:
     known = sum(facts.sha256 is not None for facts in model.files.values())
     return f"{known} of {len(model.files)} known" if model.files else "-"
 

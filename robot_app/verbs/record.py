@@ -19,7 +19,7 @@ from robot_app.cli import Failure, print_json
 
 if TYPE_CHECKING:
     from robot_app.record.monitor import StreamStatus
-    from robot_app.record.recording import Recorded
+    from robot_app.record.recording import RecordingResult
 
 EXAMPLE = "openbelief record -o walk.mcap --config demo-out/robot.toml --minutes 2"
 
@@ -40,13 +40,13 @@ def run(options: argparse.Namespace) -> int:
     from drivers.ports import PortError
     from robot_app.config import ConfigError, load_config, with_recording
     from robot_app.record.recording import RecordJob, record
-    from robot_app.record.status_line import RecordLine
+    from robot_app.record.status_line import StatusLine
 
     seconds = None if options.minutes is None else 60.0 * options.minutes
     try:
         config = with_recording(load_config(options.config), operator=options.operator, site=options.site)
         job = RecordJob(config, options.output, seconds, stand=options.stand, sheet=options.sheet)
-        with RecordLine() as line, _stopped_by_signals() as stop:
+        with StatusLine() as line, _stopped_by_signals() as stop:
             recorded = record(job, stop, line.show, line.tell)
     except OSError as error:
         raise Failure(f"{error.filename}: {error.strerror}" if error.strerror else str(error)) from error
@@ -67,7 +67,7 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def failure_of(recorded: Recorded) -> str | None:
+def failure_of(recorded: RecordingResult) -> str | None:
     """Why a recording is not what was wanted, whatever of it is on the disk; None where it is."""
     if recorded.failure is not None:
         return recorded.failure
@@ -78,7 +78,7 @@ def failure_of(recorded: Recorded) -> str | None:
     return None
 
 
-def story(recorded: Recorded) -> list[str]:
+def story(recorded: RecordingResult) -> list[str]:
     """What a person wants to know, in lines."""
     status = recorded.status
     lines = [f"{', '.join(map(str, recorded.paths)) or 'no file'}: {status.written} messages in {status.seconds:.1f} s"]

@@ -11,7 +11,7 @@ from drivers.ros.messages import Message, WireError, decode, stamp_to_ns
 from drivers.topics import CAMERA_IMU, IMU_TYPE, LIDAR_IMU
 from logs.mcap_io.reader import LogMessage
 from openbelief.arrays import Array
-from sim_fakes.playback.timeline import Newest, TimeLine
+from sim_fakes.playback.timeline import NewestValue, TimeLine
 
 # Whose IMU a topic is: the name that we use, else words of other people's names. A half (gyro/sample) is no IMU.
 CAMERA_IMU_NAMES = (CAMERA_IMU.name, ("camera", "realsense", "d435"))
@@ -33,7 +33,7 @@ class RecordingImu:
     """The IMU samples of one topic; unreadable ones are left out."""
 
     def __init__(self, messages: Iterator[LogMessage], line: TimeLine) -> None:
-        self._line, self._newest = line, Newest(_imu_samples(messages))
+        self._line, self._newest = line, NewestValue(_imu_samples(messages))
 
     def take_imu(self) -> list[RecordedImu]:
         taken = self._newest.take("IMU", self._line.now_ns())

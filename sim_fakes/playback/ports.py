@@ -26,7 +26,7 @@ from openbelief.observation import RgbdFrame
 from openbelief.pose import Pose2
 from openbelief.traversability import OccupancyGrid
 from sim_fakes.playback.imu import CAMERA_IMU_NAMES, LIDAR_IMU_NAMES, RecordingImu, imu_topic
-from sim_fakes.playback.timeline import Newest, TimeLine
+from sim_fakes.playback.timeline import NewestValue, TimeLine
 
 CLOUD, GRID = "sensor_msgs/msg/PointCloud2", "nav_msgs/msg/OccupancyGrid"
 MAX_TF_GAP_S = 0.25
@@ -101,7 +101,7 @@ class RecordingCamera:
 
     def __init__(self, reader: FrameReader, frame_ids: dict[int, str], line: TimeLine) -> None:
         self._frame_ids, self._line = frame_ids, line
-        self._newest: Newest[RgbdFrame] = Newest((frame.stamp_ns, frame) for frame in reader)
+        self._newest: NewestValue[RgbdFrame] = NewestValue((frame.stamp_ns, frame) for frame in reader)
 
     def latest(self, max_age_s: float) -> CameraFrame:
         stamp_ns, frame = self._line.fresh("Camera", self._newest.at(self._line.now_ns()), max_age_s)
@@ -122,7 +122,7 @@ class RecordingLidar:
     def __init__(self, messages: Iterator[LogMessage], line: TimeLine) -> None:
         self._line = line
         clouds = (cloud_of(decode(message.payload, message.type_name)) for message in messages)
-        self._newest: Newest[LidarCloud] = Newest((cloud.stamp_ns, cloud) for cloud in clouds)
+        self._newest: NewestValue[LidarCloud] = NewestValue((cloud.stamp_ns, cloud) for cloud in clouds)
 
     def latest(self, max_age_s: float) -> LidarCloud:
         stamp_ns, cloud = self._line.fresh("Lidar", self._newest.at(self._line.now_ns()), max_age_s)
@@ -187,7 +187,7 @@ class RecordingMap:
         grids = ((message.log_time_ns, grid_of(decode(message.payload, message.type_name))) for message in messages)
         first = next(grids, None)
         self._first = first[1] if first else None
-        self._newest: Newest[OccupancyGrid] = Newest(grids)
+        self._newest: NewestValue[OccupancyGrid] = NewestValue(grids)
 
     def latest(self) -> OccupancyGrid:
         found = self._newest.at(self._line.now_ns())

@@ -31,7 +31,7 @@ class TimeLine:
         return stamp_ns + self.offset_ns, value
 
 
-class Newest(Generic[Value]):
+class NewestValue(Generic[Value]):
     """The newest of a stream of (stamp_ns, value) at a time that only grows. Thread-safe.
 
     Holds two values, and once somebody takes: what came since the last `take`.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from drivers.livox import control_wire
 from drivers.livox.control_wire import Command, ControlFrame, Found
 from drivers.livox.keys import READ_ONLY_FROM, Key
-from drivers.livox.wire import DataType, WireError
+from drivers.livox.wire import DataType, LivoxWireError
 from sim_fakes.sensors.livox_stream import LivoxStream
 
 LENGTHS = {
@@ -48,7 +48,7 @@ class LivoxAnswers:
         """(return code, offending key). All or nothing."""
         try:
             values = control_wire.parse_values(data)
-        except WireError:
+        except LivoxWireError:
             return COUNT_MISMATCH, 0
         for key, value in values.items():
             if code := self._refusal(key, value):
@@ -83,7 +83,7 @@ class LivoxAnswers:
         known = {**self.written, **self._stream.values()}
         try:
             keys = control_wire.parse_get_request(request.data)
-        except WireError:
+        except LivoxWireError:
             return control_wire.get_ack(request.seq, COUNT_MISMATCH, {})
         if any(key not in known for key in keys):
             return control_wire.get_ack(request.seq, UNSUPPORTED, {})

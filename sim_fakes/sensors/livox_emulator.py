@@ -19,7 +19,7 @@ from typing import NamedTuple
 from drivers.clock import SystemClock
 from drivers.livox import control_wire
 from drivers.livox.control_wire import ControlFrame, Found
-from drivers.livox.wire import WireError
+from drivers.livox.wire import LivoxWireError
 from drivers.ports import Clock
 from sim_fakes.sensors.livox_answers import LivoxAnswers
 from sim_fakes.sensors.livox_faults import LivoxFaults
@@ -144,7 +144,7 @@ class LivoxEmulator:
 def _frame(datagram: bytes) -> ControlFrame | None:
     try:
         return control_wire.decode(datagram)
-    except WireError:
+    except LivoxWireError:
         return None  # a real lidar ignores it too; the caller records that it came
 
 

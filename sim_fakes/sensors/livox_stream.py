@@ -34,7 +34,7 @@ class Outgoing(NamedTuple):
     datagram: bytes
 
 
-class Beat:
+class StreamTick:
     """Numbers the events of a fixed rate: `due(t)` yields (number, time) of those up to t not yet told."""
 
     def __init__(self, per_second: float) -> None:
@@ -69,7 +69,7 @@ class LivoxStream:
         self.sent = {"points": 0, "imu": 0, "push": 0, "search": 0}
         self._ranges, self._found = ranges, found
         self._data_type, self._time_type, self._first_count = data_type, time_type, first_count
-        self._points, self._imu, self._slow = Beat(points_per_s / DOTS), Beat(200), Beat(1)
+        self._points, self._imu, self._slow = StreamTick(points_per_s / DOTS), StreamTick(200), StreamTick(1)
         self._interval_ns = round((DOTS - 1) * SECOND_NS / points_per_s)
         self._tile_first, self._tile = 0, np.zeros(0)
 

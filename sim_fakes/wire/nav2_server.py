@@ -28,7 +28,7 @@ MARGINS_M = (0.15, 0.08, 0.03)  # beyond the body, the widest first: a robot tha
 NO_PROGRESS, GOAL_OUTSIDE, GOAL_OCCUPIED, NO_PATH = 105, 204, 206, 208
 
 
-class Walker(Protocol):
+class GoalRunner(Protocol):
     """What Nav2 needs of the robot."""
 
     @property
@@ -56,7 +56,7 @@ class SimNav2Server:
         self,
         bridge: SimBridge,
         clock: SimClock,
-        robot: Walker,
+        robot: GoalRunner,
         grid: OccupancyGrid,
         faults: Nav2Faults | None = None,
         *,

@@ -45,7 +45,7 @@ CAMERA_RATE_HZ = 2.5  # an image takes 0.2 s of a core
 CHARGE = 0.8
 
 
-class Keeper:
+class RealTimePacer:
     """Lets a simulated clock pass in step with a real one; after a pause it catches up."""
 
     def __init__(self, clock: SimClock, wall: Clock) -> None:
@@ -124,7 +124,7 @@ def run(options: argparse.Namespace, stop: threading.Event) -> None:
         topics.start_battery(CHARGE)
         opened.enter_context(LiveCamera(clock, robot, eyes, topics, CAMERA_RATE_HZ))
         opened.enter_context(emulated_lidar(robot, renderer, options.lidar_ip, options.host_ip, wall))
-        keeper, remote = Keeper(clock, wall), Remote(robot, clock, world)
+        keeper, remote = RealTimePacer(clock, wall), Remote(robot, clock, world)
         remote.listen()
         say({"endpoint": endpoint, "scene": world.name})
         while not stop.wait(TICK_S) and remote.step():

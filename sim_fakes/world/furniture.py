@@ -25,7 +25,7 @@ SHADES = {"main": 1.0, "dark": 0.62, "light": 1.25}
 
 
 @dataclass(frozen=True)
-class Part:
+class ShapePart:
     """One solid. low, high: its (x, y, z) box in fractions. kind: box, or a body of revolution with `profile`,
     rows of (radius, height), both in fractions of the part's own box."""
 
@@ -48,8 +48,8 @@ class Part:
 
 def box(
     x0: float, x1: float, y0: float, y1: float, z0: float, z1: float, tint: str = "main", material: str = "plain"
-) -> Part:
-    return Part((x0, y0, z0), (x1, y1, z1), tint, material)
+) -> ShapePart:
+    return ShapePart((x0, y0, z0), (x1, y1, z1), tint, material)
 
 
 def tube(
@@ -61,23 +61,23 @@ def tube(
     top: float | None = None,
     tint: str = "main",
     material: str = "plain",
-) -> Part:
+) -> ShapePart:
     """A cylinder or cone; `bottom` and `top` are radii in fractions of the size."""
     top = bottom if top is None else top
     widest = max(bottom, top)
     profile = ((0, 0), (bottom / widest, 0), (top / widest, 1), (0, 1))
-    return Part((x - widest, y - widest, z0), (x + widest, y + widest, z1), tint, material, profile)
+    return ShapePart((x - widest, y - widest, z0), (x + widest, y + widest, z1), tint, material, profile)
 
 
 def ball(
     x: float, y: float, z: float, rx: float, ry: float, rz: float, tint: str = "main", material: str = "plain"
-) -> Part:
+) -> ShapePart:
     angles = np.linspace(-np.pi / 2, np.pi / 2, 11)
     profile = tuple((float(np.cos(a)), float((np.sin(a) + 1) / 2)) for a in angles)
-    return Part((x - rx, y - ry, z - rz), (x + rx, y + ry, z + rz), tint, material, profile)
+    return ShapePart((x - rx, y - ry, z - rz), (x + rx, y + ry, z + rz), tint, material, profile)
 
 
-def legs(inset: float, top: float, thick: float, tint: str) -> list[Part]:
+def legs(inset: float, top: float, thick: float, tint: str) -> list[ShapePart]:
     """Four legs at the corners."""
     return [
         box(sx * inset - thick, sx * inset + thick, sy * inset - thick, sy * inset + thick, 0, top, tint, "wood")
@@ -86,7 +86,7 @@ def legs(inset: float, top: float, thick: float, tint: str) -> list[Part]:
     ]
 
 
-def grid_of(rows: int, tints: tuple[str, ...]) -> list[Part]:
+def grid_of(rows: int, tints: tuple[str, ...]) -> list[ShapePart]:
     """Rows of books between shelves."""
     height = 1 / rows
     return [
@@ -96,7 +96,7 @@ def grid_of(rows: int, tints: tuple[str, ...]) -> list[Part]:
     ]  # fmt: skip
 
 
-SHAPES: dict[str, list[Part]] = {
+SHAPES: dict[str, list[ShapePart]] = {
     "box": [box(-0.5, 0.5, -0.5, 0.5, 0, 1)],
     "cylinder": [tube(0, 0, 0, 1, 0.5)],
     "sphere": [ball(0, 0, 0.5, 0.5, 0.5, 0.5)],

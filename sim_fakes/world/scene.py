@@ -26,11 +26,11 @@ class SceneError(ValueError):
     """The scene file cannot be used; one line naming file, object and field."""
 
 
-class Model(BaseModel):
+class SceneModel(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=False)
 
 
-class Room(Model):
+class SceneRoom(SceneModel):
     """polygon: corners counter-clockwise, metres. floor: its texture."""
 
     name: str
@@ -39,14 +39,14 @@ class Room(Model):
     wall: str = "white"
 
 
-class Door(Model):
+class Door(SceneModel):
     """An opening in every wall that passes through `at`."""
 
     at: Point
     width: Length
 
 
-class Confusion(Model):
+class Confusion(SceneModel):
     """A wrong name that this object gets in `rate` of its masks: seen from far, or from anywhere."""
 
     phrase: Phrase
@@ -54,7 +54,7 @@ class Confusion(Model):
     seen_from: Literal["far", "anywhere"] = "far"
 
 
-class Vocabulary(Model):
+class Vocabulary(SceneModel):
     """What a vision-language model calls a thing, with probabilities; what is left to 1 goes to the first name."""
 
     names_near: Names | None = None
@@ -89,7 +89,7 @@ class SceneObject(Vocabulary):
         return self
 
 
-class Query(Model):
+class SceneQuery(SceneModel):
     """A question for `openbelief eval retrieval` and the ids that answer it."""
 
     query: str
@@ -97,7 +97,7 @@ class Query(Model):
     accept: list[int]
 
 
-class Scene(Model):
+class Scene(SceneModel):
     """The whole file. start, walk: [x, y, yaw_deg]; the walk's straight lines lead from one to the next."""
 
     format: Literal["openbelief.scene/1"]
@@ -106,11 +106,11 @@ class Scene(Model):
     far_m: Length = 1.9  # beyond this it is called by its far names; in between the chance grows linearly
     start: tuple[Number, Number, Number]
     walk: Annotated[list[tuple[Number, Number, Number]], Field(min_length=1)]
-    rooms: Annotated[list[Room], Field(min_length=1)]
+    rooms: Annotated[list[SceneRoom], Field(min_length=1)]
     doors: list[Door] = []
     vocabulary: dict[Phrase, Vocabulary] = {}
     objects: Annotated[list[SceneObject], Field(min_length=1)]
-    queries: list[Query] = []
+    queries: list[SceneQuery] = []
 
     @model_validator(mode="after")
     def _whole(self) -> Scene:

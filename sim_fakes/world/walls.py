@@ -7,7 +7,7 @@ import numpy as np
 from openbelief.arrays import Array
 from sim_fakes.world.furniture import PALETTE
 from sim_fakes.world.mesh import Mesh, box, painted
-from sim_fakes.world.scene import Door, Room, SceneError
+from sim_fakes.world.scene import Door, SceneError, SceneRoom
 
 WALL_HEIGHT_M = 2.5
 WALL_THICKNESS_M = 0.06  # each room brings its own half of the wall, on its own side
@@ -25,7 +25,7 @@ def inside(polygon: Array, points: Array) -> Array:
     return (spans & (x < crossing)).sum(axis=1) % 2 == 1
 
 
-def floor_mesh(rooms: list[Room]) -> Mesh:
+def floor_mesh(rooms: list[SceneRoom]) -> Mesh:
     """Two triangles under the whole flat; the rooms' textures are painted on it by position."""
     corners = np.concatenate([np.array(room.polygon) for room in rooms])
     (x0, y0), (x1, y1) = corners.min(axis=0), corners.max(axis=0)
@@ -33,7 +33,7 @@ def floor_mesh(rooms: list[Room]) -> Mesh:
     return painted(vertices, np.array([[0, 1, 2], [0, 2, 3]]), np.array(PALETTE["beige"]), "floor")
 
 
-def wall_meshes(rooms: list[Room], doors: list[Door]) -> list[Mesh]:
+def wall_meshes(rooms: list[SceneRoom], doors: list[Door]) -> list[Mesh]:
     """The inner skins of every room, with the doors cut out. Raises SceneError where a door meets no wall."""
     parts: list[Mesh] = []
     used: set[int] = set()

@@ -14,7 +14,7 @@ from openbelief.pose import Pose2
 from openbelief.traversability import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from sim_fakes.world.furniture import PALETTE, furniture
 from sim_fakes.world.mesh import Mesh, read_obj
-from sim_fakes.world.scene import SCENES, Room, Scene, SceneError, SceneObject, read_scene
+from sim_fakes.world.scene import SCENES, Scene, SceneError, SceneObject, SceneRoom, read_scene
 from sim_fakes.world.walls import floor_mesh, inside, wall_meshes
 
 GRID_M = 0.05
@@ -50,7 +50,7 @@ class World:
     def __init__(self, scene: Scene, scene_hash: str, folder: Path) -> None:
         self.scene, self.hash = scene, scene_hash
         self.name = scene.name
-        self.rooms: list[Room] = scene.rooms
+        self.rooms: list[SceneRoom] = scene.rooms
         self.objects = [self._place(spec, folder) for spec in scene.objects]
         self.walls = wall_meshes(scene.rooms, scene.doors)
         self.floor = floor_mesh(scene.rooms)

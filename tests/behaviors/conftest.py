@@ -21,8 +21,8 @@ from drivers.ports import (
     NavigationStatus,
     PathPlan,
     Ports,
+    SafetyVerdict,
     StaleData,
-    Verdict,
 )
 from drivers.ros.convert import (
     camera_info_message,
@@ -120,7 +120,7 @@ class Stage:
         self.on_perceive: Callable[[], None] = lambda: None
         self.cloud: Callable[[], Array] | None = None  # (n, 3) map points that the lidar sees; None: no lidar
         self.way: tuple[tuple[float, float], ...] = ()  # what the planner tells of each path
-        self.verdict: Callable[[Pose2 | None], Verdict] | None = None  # None: nobody supervises
+        self.verdict: Callable[[Pose2 | None], SafetyVerdict] | None = None  # None: nobody supervises
         self.told: list[str] = []
         self.sent: list[Pose2] = []
         self.cancelled: list[str] = []

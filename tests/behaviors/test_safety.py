@@ -9,11 +9,11 @@ import pytest
 
 from behaviors.events import End
 from behaviors.supervisor import GOAL_ZONE
-from drivers.ports import NavigationResult, NavigationStatus, Reaction, Verdict
+from drivers.ports import NavigationResult, NavigationStatus, Reaction, SafetyVerdict
 from logs.trial import records
 from robot_app.mission.trials import replay_trial, run_recorded
 
-GO = Verdict()
+GO = SafetyVerdict()
 NOTHING = np.zeros((0, 3))
 
 
@@ -22,18 +22,18 @@ def s(stage, make):
     return stage([make.box(5.0, 2.0, "fire extinguisher", "fire extinguisher")])
 
 
-def script(*runs: tuple[int, Verdict]) -> Callable[..., Verdict]:
+def script(*runs: tuple[int, SafetyVerdict]) -> Callable[..., SafetyVerdict]:
     """A verdict port that says each verdict so many times, the last one for ever."""
     said = [verdict for count, verdict in runs for _ in range(count)]
 
-    def verdict(goal) -> Verdict:
+    def verdict(goal) -> SafetyVerdict:
         return said.pop(0) if len(said) > 1 else said[0]
 
     return verdict
 
 
-def wrong(reaction: Reaction, condition: str = "cloud") -> Verdict:
-    return Verdict(reaction, condition, f"Something is wrong: {condition}.")
+def wrong(reaction: Reaction, condition: str = "cloud") -> SafetyVerdict:
+    return SafetyVerdict(reaction, condition, f"Something is wrong: {condition}.")
 
 
 def blob(x: float, y: float) -> np.ndarray:
@@ -146,7 +146,7 @@ def test_a_hold_whose_cancel_goes_unanswered_sends_the_operator_to_the_remote(s,
 def test_a_goal_in_a_forbidden_zone_is_not_sent_and_the_next_best_pose_is(s):
     goals = []
 
-    def verdict(goal) -> Verdict:
+    def verdict(goal) -> SafetyVerdict:
         if goal is None:
             return GO
         if not goals:

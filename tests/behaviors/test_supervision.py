@@ -10,7 +10,7 @@ import pytest
 from behaviors.supervision import Sources, Supervision
 from behaviors.supervisor import SafetyPolicy
 from drivers.clock import SimClock
-from drivers.ports import CameraFrame, Charge, LidarCloud, PortError, Reaction, StaleData
+from drivers.ports import BatteryState, CameraFrame, LidarCloud, PortError, Reaction, StaleData
 from openbelief.observation import Intrinsics
 from openbelief.pose import Pose2
 from openbelief.traversability import OccupancyGrid
@@ -46,7 +46,7 @@ def site(stage, make):
         map=SimpleNamespace(latest=lambda: stamped("map", OccupancyGrid(np.zeros((200, 200), np.int8), 0.05, s.at))),
         camera=SimpleNamespace(latest=frame),
         lidar=SimpleNamespace(latest=lambda age: stamped("cloud", LidarCloud(stamp(), noise(), "livox_frame"))),
-        battery=SimpleNamespace(latest=lambda age: stamped("battery", Charge(stamp(), s.charge))),
+        battery=SimpleNamespace(latest=lambda age: stamped("battery", BatteryState(stamp(), s.charge))),
         disk_free_bytes=lambda: 10**11,
         memory=memory,
     )

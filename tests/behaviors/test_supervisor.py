@@ -6,14 +6,14 @@ from dataclasses import replace
 
 import pytest
 
-from behaviors.supervisor import CONDITIONS, GRAVITY, Facts, SafetyPolicy, Sample, Supervisor
+from behaviors.supervisor import CONDITIONS, GRAVITY, SafetyFacts, SafetyPolicy, Sample, Supervisor
 from drivers.ports import Reaction
 from openbelief.pose import Pose2
 
 S = 1_000_000_000
 SQUARE = ((2.0, 2.0), (4.0, 2.0), (4.0, 4.0), (2.0, 4.0))
 POLICY = SafetyPolicy(keep_out=(SQUARE,), allowed=((0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0)))
-FINE = Facts(
+FINE = SafetyFacts(
     expected=frozenset({"camera", "cloud", "battery"}),
     pose=Pose2(1.0, 1.0, 0.0),
     camera=Sample(1, 1),

@@ -8,14 +8,14 @@ import pytest
 
 from drivers.clock import SystemClock
 from drivers.ports import PortError
-from robot_app.app import BODIES, Site
+from robot_app.app import BODIES, Wiring
 from robot_app.config import Config
 from robot_app.simulation import START_NS, simulation
 
 
-def site(simulated=None) -> Site:
+def site(simulated=None) -> Wiring:
     config = Config.model_validate({"realsense": {"serial": "no such camera"}})
-    return Site(SystemClock(), {}, None, simulated, lambda: b"", config, ExitStack())
+    return Wiring(SystemClock(), {}, None, simulated, lambda: b"", config, ExitStack())
 
 
 def test_a_camera_that_is_not_there_is_named() -> None:

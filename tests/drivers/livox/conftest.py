@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 import pytest
 
 from drivers.livox.control_wire import Found
-from drivers.livox.intake import Intake
+from drivers.livox.intake import DatagramDecoder
 from sim_fakes.sensors.livox_scan import open_room
 from sim_fakes.sensors.livox_stream import LivoxStream, Outgoing
 
@@ -36,8 +36,8 @@ def stream() -> Callable[..., LivoxStream]:
 
 
 @pytest.fixture
-def take() -> Callable[[Intake, Iterable[Outgoing], int], None]:
-    def _take(intake: Intake, outgoing: Iterable[Outgoing], arrival_ns: int) -> None:
+def take() -> Callable[[DatagramDecoder, Iterable[Outgoing], int], None]:
+    def _take(intake: DatagramDecoder, outgoing: Iterable[Outgoing], arrival_ns: int) -> None:
         doors = {"points": intake.take_points, "imu": intake.take_imu, "push": intake.take_push}
         for channel, datagram in outgoing:
             if channel in doors:

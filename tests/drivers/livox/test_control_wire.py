@@ -6,7 +6,7 @@ import pytest
 
 from drivers.livox import control_wire
 from drivers.livox.control_wire import Command, ControlFrame, Found
-from drivers.livox.wire import Refusal, WireError
+from drivers.livox.wire import LivoxWireError, PacketRefusal
 
 FOUND = Found(9, "3JEDK8A0010123", "192.168.1.150", 56100)
 GOLDEN = {
@@ -40,7 +40,7 @@ def test_no_flipped_bit_is_accepted(frame: ControlFrame) -> None:
     for bit in range(8 * len(good)):
         bad = bytearray(good)
         bad[bit // 8] ^= 1 << bit % 8
-        with pytest.raises(WireError):
+        with pytest.raises(LivoxWireError):
             control_wire.decode(bytes(bad))
 
 
@@ -48,7 +48,7 @@ def test_no_flipped_bit_is_accepted(frame: ControlFrame) -> None:
 def test_no_truncation_is_accepted(frame: ControlFrame) -> None:
     good = control_wire.encode(frame)
     for length in range(len(good)):
-        with pytest.raises(WireError):
+        with pytest.raises(LivoxWireError):
             control_wire.decode(good[:length])
 
 
@@ -66,15 +66,15 @@ def test_the_contents_of_each_ack_are_read() -> None:
     ids=["empty", "short", "a key missing", "a value cut off", "a rest"],
 )
 def test_a_key_list_that_does_not_add_up_is_refused(data: bytes) -> None:
-    with pytest.raises(WireError):
+    with pytest.raises(LivoxWireError):
         control_wire.parse_values(data)
 
 
 def test_a_frame_of_an_unknown_sender_is_refused() -> None:
     strange = control_wire.encode(ControlFrame(1, Command.GET)._replace(from_lidar=2))  # type: ignore[arg-type]
-    with pytest.raises(WireError) as refused:
+    with pytest.raises(LivoxWireError) as refused:
         control_wire.decode(strange)
-    assert refused.value.refusal is Refusal.TYPE
+    assert refused.value.refusal is PacketRefusal.TYPE
 
 
 def test_more_data_than_a_frame_can_carry_is_refused() -> None:

@@ -9,8 +9,8 @@ import pytest
 
 from drivers.livox import control_wire
 from drivers.livox.assembler import MAX_PACKETS
-from drivers.livox.intake import KEPT_CLOUDS, Intake
-from drivers.livox.wire import DataType, Refusal, TimeType, encode_packet
+from drivers.livox.intake import KEPT_CLOUDS, DatagramDecoder
+from drivers.livox.wire import DataType, PacketRefusal, TimeType, encode_packet
 from sim_fakes.sensors.livox_faults import LivoxFaults
 
 SECOND = 1_000_000_000
@@ -23,7 +23,7 @@ def points_packet(stamp_ns: int, *records: tuple[int, int, int, int], count: int
 
 
 def one_cloud(*records: tuple[int, int, int, int]):
-    intake = Intake("lidar")
+    intake = DatagramDecoder("lidar")
     intake.take_points(points_packet(0, *records), ZERO)
     intake.take_points(points_packet(SECOND // 10, (1, 1, 1, 0), count=1), ZERO + SECOND // 10)
     assert intake.latest is not None
@@ -37,7 +37,7 @@ def on_the_room(points: np.ndarray) -> np.ndarray:
 
 
 def test_a_second_of_lidar_is_ten_clouds_at_its_own_pace(stream, take) -> None:
-    intake = Intake("lidar")
+    intake = DatagramDecoder("lidar")
     take(intake, stream().due(SECOND + 1_000_000), ZERO + SECOND)
     assert intake.cloud_count == 10
     starts = [cloud.device_stamp_ns for cloud in intake.clouds]
@@ -48,7 +48,7 @@ def test_a_second_of_lidar_is_ten_clouds_at_its_own_pace(stream, take) -> None:
 
 @pytest.mark.parametrize("kind", [DataType.CARTESIAN_MM, DataType.CARTESIAN_CM, DataType.SPHERICAL])
 def test_every_point_type_shows_the_room(stream, take, kind: DataType) -> None:
-    intake = Intake("lidar")
+    intake = DatagramDecoder("lidar")
     take(intake, stream(data_type=kind).due(SECOND // 5), ZERO)
     assert len(intake.latest.points) > 10_000
     assert on_the_room(intake.latest.points).max() < 0.02
@@ -67,13 +67,13 @@ def test_each_of_the_low_four_tag_bits_drops_the_point(tag: int) -> None:
 
 
 def test_a_lidar_that_sees_nothing_gives_empty_clouds_not_none(stream, take) -> None:
-    intake = Intake("lidar")
+    intake = DatagramDecoder("lidar")
     take(intake, stream(lambda rays, uptime_ns: np.zeros(len(rays))).due(SECOND // 5), ZERO)
     assert intake.latest.points.shape == (0, 3)
 
 
 def test_point_times_run_through_the_frame(stream, take) -> None:
-    intake = Intake("lidar")
+    intake = DatagramDecoder("lidar")
     take(intake, stream().due(SECOND // 5), ZERO)
     offsets = intake.latest.offset_ns
     assert (np.diff(offsets) >= 0).all()
@@ -82,7 +82,7 @@ def test_point_times_run_through_the_frame(stream, take) -> None:
 
 @pytest.mark.parametrize("time_type", list(TimeType))
 def test_stamps_are_in_our_clock_and_whose_clock_gave_them_is_kept(stream, take, time_type: TimeType) -> None:
-    intake = Intake("lidar")
+    intake = DatagramDecoder("lidar")
     lidar = stream(time_type=time_type)
     for step in range(1, 101):
         take(intake, lidar.due(step * SECOND // 100), ZERO + step * SECOND // 100)
@@ -94,14 +94,14 @@ def test_stamps_are_in_our_clock_and_whose_clock_gave_them_is_kept(stream, take,
 
 
 def test_the_imu_runs_at_200_hz_and_feels_gravity(stream, take) -> None:
-    intake = Intake("lidar")
+    intake = DatagramDecoder("lidar")
     take(intake, stream().due(SECOND - 1), ZERO)
     assert len(intake.imu_samples) == 200
     np.testing.assert_allclose(intake.imu_samples[3].acceleration_m_s2, [0, 0, 9.80665], rtol=1e-6)
 
 
 def test_a_push_message_tells_state_temperature_and_health(stream, take) -> None:
-    intake = Intake("lidar")
+    intake = DatagramDecoder("lidar")
     lidar = stream()
     lidar.health = (0x01040002,)
     take(intake, lidar.due(0), ZERO)
@@ -111,26 +111,26 @@ def test_a_push_message_tells_state_temperature_and_health(stream, take) -> None
 
 
 def test_what_is_no_push_message_is_refused() -> None:
-    intake = Intake("lidar")
+    intake = DatagramDecoder("lidar")
     intake.take_push(control_wire.encode(control_wire.set_request(1, {})), ZERO)
     intake.take_push(control_wire.encode(control_wire.push_request(1, {0x8007: b"\1"})), ZERO)
     intake.take_push(b"\xaa", ZERO)
     assert intake.state is None
-    assert intake.refused == {Refusal.TYPE: 1, Refusal.LENGTH: 1, Refusal.SHORT: 1}
+    assert intake.refused == {PacketRefusal.TYPE: 1, PacketRefusal.LENGTH: 1, PacketRefusal.SHORT: 1}
 
 
 def test_a_packet_on_the_wrong_port_is_refused(stream) -> None:
-    intake = Intake("lidar")
+    intake = DatagramDecoder("lidar")
     for channel, datagram in stream().due(10_000_000):
         if channel == "points":
             intake.take_imu(datagram, ZERO)
-    assert intake.refused[Refusal.TYPE] > 10
+    assert intake.refused[PacketRefusal.TYPE] > 10
     assert not intake.imu_samples
 
 
 def test_dropped_packets_are_counted_exactly(stream, take) -> None:
     lidar, faults = stream(first_count=65_000), LivoxFaults(seed=1, drop=0.05)
-    intake = Intake("lidar")
+    intake = DatagramDecoder("lidar")
     take(intake, lidar.due(SECOND), ZERO)
     take(intake, faults.apply(lidar.due(2 * SECOND)), ZERO)
     take(intake, lidar.due(3 * SECOND), ZERO)
@@ -139,7 +139,7 @@ def test_dropped_packets_are_counted_exactly(stream, take) -> None:
 
 
 def test_duplicates_and_swaps_change_no_point(stream, take) -> None:
-    clean, troubled = Intake("lidar"), Intake("lidar")
+    clean, troubled = DatagramDecoder("lidar"), DatagramDecoder("lidar")
     faults = LivoxFaults(seed=2, duplicate=0.1, reorder=0.1)
     take(clean, stream().due(SECOND), ZERO)
     take(troubled, faults.apply(stream().due(SECOND)), ZERO)
@@ -154,15 +154,20 @@ def test_duplicates_and_swaps_change_no_point(stream, take) -> None:
 
 def test_damaged_packets_never_become_points(stream, take) -> None:
     faults = LivoxFaults(seed=3, flip=0.2, truncate=0.1, wrong_version=0.1)
-    intake = Intake("lidar")
+    intake = DatagramDecoder("lidar")
     take(intake, faults.apply(stream().due(SECOND)), ZERO)
-    assert set(intake.refused) >= {Refusal.CHECKSUM, Refusal.LENGTH, Refusal.VERSION, Refusal.SHORT}
+    assert set(intake.refused) >= {
+        PacketRefusal.CHECKSUM,
+        PacketRefusal.LENGTH,
+        PacketRefusal.VERSION,
+        PacketRefusal.SHORT,
+    }
     assert intake.cloud_count >= 9
     assert all(on_the_room(cloud.points).max() < 0.01 for cloud in intake.clouds)
 
 
 def test_a_lidar_that_restarts_gives_clouds_again(stream, take) -> None:
-    intake = Intake("lidar")
+    intake = DatagramDecoder("lidar")
     take(intake, stream().due(3 * SECOND), ZERO)
     before = intake.cloud_count
     take(intake, stream().due(SECOND), ZERO + 10 * SECOND)
@@ -171,14 +176,14 @@ def test_a_lidar_that_restarts_gives_clouds_again(stream, take) -> None:
 
 
 def test_what_nobody_takes_is_bounded(stream, take) -> None:
-    intake = Intake("lidar")
+    intake = DatagramDecoder("lidar")
     take(intake, stream().due(4 * SECOND), ZERO)
     assert len(intake.clouds) == KEPT_CLOUDS
     assert intake.clouds[-1].sequence == intake.cloud_count - 1
 
 
 def test_a_clock_that_stands_still_fills_no_memory_and_gives_no_cloud() -> None:
-    intake = Intake("lidar")
+    intake = DatagramDecoder("lidar")
     for count in range(3 * MAX_PACKETS):
         intake.take_points(points_packet(5, (1, 1, 1, 0), count=count), ZERO + count)
     assert intake.assembler.overfull >= 2

@@ -10,9 +10,9 @@ import pytest
 
 from drivers.livox.wire import (
     DataType,
-    Refusal,
+    LivoxWireError,
+    PacketRefusal,
     TimeType,
-    WireError,
     decode_imu,
     decode_packet,
     decode_points,
@@ -111,9 +111,9 @@ def test_acceleration_arrives_in_metres_per_second_squared() -> None:
 def test_an_imu_value_that_is_no_number_is_refused() -> None:
     record = struct.pack("<6f", 0, 0, 0, float("nan"), 0, 1.0)
     packet = decode_packet(encode_packet(DataType.IMU, record, udp_cnt=0, stamp_ns=0))
-    with pytest.raises(WireError) as refused:
+    with pytest.raises(LivoxWireError) as refused:
         decode_imu(packet)
-    assert refused.value.refusal is Refusal.VALUE
+    assert refused.value.refusal is PacketRefusal.VALUE
 
 
 @pytest.mark.parametrize("kind", list(DataType))
@@ -133,7 +133,7 @@ def test_no_flipped_bit_changes_a_record_or_its_stamp_unseen(kind: DataType) -> 
     for byte, bad in flips(good):
         try:
             packet = decode_packet(bad)
-        except WireError:
+        except LivoxWireError:
             continue
         passed.add(byte)
         assert packet.records == intact.records
@@ -145,24 +145,24 @@ def test_no_flipped_bit_changes_a_record_or_its_stamp_unseen(kind: DataType) -> 
 def test_every_truncation_is_refused(kind: DataType) -> None:
     good = packet_of(kind)
     for wrong in [*(good[:length] for length in range(len(good))), good + b"\0"]:
-        with pytest.raises(WireError) as refused:
+        with pytest.raises(LivoxWireError) as refused:
             decode_packet(wrong)
-        assert refused.value.refusal is (Refusal.SHORT if len(wrong) < 36 else Refusal.LENGTH)
+        assert refused.value.refusal is (PacketRefusal.SHORT if len(wrong) < 36 else PacketRefusal.LENGTH)
 
 
 @pytest.mark.parametrize(
     ("byte", "value", "refusal"),
     [
-        (0, 1, Refusal.VERSION),
-        (1, 9, Refusal.LENGTH),
-        (5, 95, Refusal.LENGTH),
-        (10, 4, Refusal.TYPE),
-        (11, 3, Refusal.TYPE),
+        (0, 1, PacketRefusal.VERSION),
+        (1, 9, PacketRefusal.LENGTH),
+        (5, 95, PacketRefusal.LENGTH),
+        (10, 4, PacketRefusal.TYPE),
+        (11, 3, PacketRefusal.TYPE),
     ],
 )
-def test_a_refusal_says_why(byte: int, value: int, refusal: Refusal) -> None:
+def test_a_refusal_says_why(byte: int, value: int, refusal: PacketRefusal) -> None:
     bad = bytearray(packet_of(DataType.CARTESIAN_MM))
     bad[byte] = value
-    with pytest.raises(WireError) as refused:
+    with pytest.raises(LivoxWireError) as refused:
         decode_packet(bytes(bad))
     assert refused.value.refusal is refusal

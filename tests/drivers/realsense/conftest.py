@@ -11,7 +11,7 @@ import pytest
 
 from drivers.clock import SimClock
 from drivers.realsense.messages import ImagePair, RealSenseInfo, RealSenseSettings
-from drivers.realsense.sdk import Stream
+from drivers.realsense.sdk import SdkStream
 from sim_fakes.sensors.realsense_software import PERIOD_NS, Images, RealSenseTwin, TwinBus, TwinSpec, box_images
 
 START_NS = 1_700_000_000_000_000_000
@@ -23,7 +23,7 @@ class Bench:
     """A twin, the stream that reads it, and the moment that it is at."""
 
     twin: RealSenseTwin
-    stream: Stream
+    stream: SdkStream
     info: RealSenseInfo
     stamp_ns: int = START_NS
     stamps: list[int] = field(default_factory=list)
@@ -56,7 +56,7 @@ def make_bench() -> Iterator[Callable[..., Bench]]:
             spec = spec or TwinSpec()
             twin = RealSenseTwin(images(spec), spec)
             attached = TwinBus(twin, SimClock(START_NS)).devices()[0][1] if device is None else device(twin)
-            stream = Stream(attached, settings or RealSenseSettings())
+            stream = SdkStream(attached, settings or RealSenseSettings())
             opened.callback(stream.close)
             return Bench(twin, stream, stream.start())
 

@@ -18,12 +18,12 @@ from drivers.clock import SystemClock
 from drivers.ports import ANY_AGE_S, Camera, Clock, LinkLost, PortError, StaleData
 from drivers.realsense.camera import RealSenseCamera
 from drivers.realsense.messages import RealSenseSettings, TimestampDomain
-from drivers.realsense.restarts import WatchdogLimits
+from drivers.realsense.restarts import RestartLimits
 from sim_fakes.sensors.realsense_scene import BoxScene
 from sim_fakes.sensors.realsense_software import Fault, TwinSpec, TwinState, box_images, open_twin
 
-QUICK = WatchdogLimits(back_off_s=(0.05, 0.05, 0.05))
-UNHURRIED = WatchdogLimits(back_off_s=(1.0, 1.0, 1.0))  # the images of before the trouble grow stale meanwhile
+QUICK = RestartLimits(back_off_s=(0.05, 0.05, 0.05))
+UNHURRIED = RestartLimits(back_off_s=(1.0, 1.0, 1.0))  # the images of before the trouble grow stale meanwhile
 SPEC = TwinSpec()
 
 
@@ -36,7 +36,7 @@ def state() -> TwinState:
 def make_camera(state) -> Iterator[Callable[..., RealSenseCamera]]:
     with ExitStack() as opened:
 
-        def make(spec: TwinSpec = SPEC, limits: WatchdogLimits = QUICK, clock: Clock | None = None) -> RealSenseCamera:
+        def make(spec: TwinSpec = SPEC, limits: RestartLimits = QUICK, clock: Clock | None = None) -> RealSenseCamera:
             opener = partial(open_twin, box_images, spec, state)
             camera = RealSenseCamera(RealSenseSettings(), clock or SystemClock(), open_device=opener, limits=limits)
             opened.callback(camera.close)
@@ -112,7 +112,7 @@ def test_trouble_is_stale_with_its_cause_then_mended_by_a_reset(
 
 
 def test_an_unplugged_camera_is_given_up_with_a_name(make_camera, sees, eventually, state) -> None:
-    camera = make_camera(limits=WatchdogLimits(back_off_s=()))
+    camera = make_camera(limits=RestartLimits(back_off_s=()))
     sees(camera)
     state.fault = Fault.UNPLUGGED
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drivers.realsense.gate import NewsGate
+from drivers.realsense.gate import DuplicateFilter
 from drivers.realsense.imu import ImuPairing
 from drivers.realsense.messages import ImagePair, Motion, TimestampDomain
 from drivers.realsense.time import WINDOW_NS, DeviceTime, WallTime
@@ -25,7 +25,7 @@ def pair(number: int, seed: int | None = None) -> ImagePair:
 
 
 def test_new_images_are_news_and_missing_numbers_are_counted() -> None:
-    gate = NewsGate()
+    gate = DuplicateFilter()
     assert [gate.admit(pair(n)) for n in (1, 2, 5)] == [True] * 3
     assert (gate.frames, gate.lost, gate.frozen) == (3, 2, 0)
 
@@ -44,7 +44,7 @@ def test_new_images_are_news_and_missing_numbers_are_counted() -> None:
     ids=["everything", "color number", "depth number", "color stamp", "depth stamp", "color pixels", "depth pixels"],
 )
 def test_anything_that_stands_still_is_frozen(frozen) -> None:
-    gate = NewsGate()
+    gate = DuplicateFilter()
     gate.admit(pair(1))
     assert not gate.admit(frozen)
     assert gate.frozen == 1
@@ -52,7 +52,7 @@ def test_anything_that_stands_still_is_frozen(frozen) -> None:
 
 
 def test_a_blank_image_is_dark_not_frozen() -> None:
-    gate = NewsGate()
+    gate = DuplicateFilter()
     black = np.zeros((48, 64, 3), np.uint8)
     assert all(gate.admit(replace(pair(n), color=black)) for n in (1, 2, 3))
 

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from drivers.realsense.messages import Beat, FrameReady, SlotFree, StandStill, Stop
-from drivers.realsense.process import SLOTS, Desk, Slots
+from drivers.realsense.messages import FrameReady, ProcessHeartbeat, SlotFree, StandStill, StopProcess
+from drivers.realsense.process import SLOTS, FrameServer, Slots
 from sim_fakes.sensors.realsense_software import PERIOD_NS, Fault
 
 COLOR_SIZE = (848, 480)
@@ -23,7 +23,7 @@ class Counter:
     """A desk, the orders to it, and what it says."""
 
     bench: Any
-    desk: Desk
+    desk: FrameServer
     slots: Slots
     heard: Any
     orders: queue.SimpleQueue
@@ -50,7 +50,7 @@ def make_counter(make_bench) -> Callable[..., Counter]:
         slots = Slots(bytearray(Slots.size(COLOR_SIZE)), COLOR_SIZE)
         bench = make_bench(**options)
         bench.settled()
-        return Counter(bench, Desk(said, slots, bench.stream), slots, heard, queue.SimpleQueue())
+        return Counter(bench, FrameServer(said, slots, bench.stream), slots, heard, queue.SimpleQueue())
 
     return make
 
@@ -74,10 +74,10 @@ def test_a_slot_holds_the_image_until_it_is_handed_back(make_counter) -> None:
 
 def test_every_poll_is_a_sign_of_life_with_the_imu(make_counter) -> None:
     counter = make_counter()
-    assert any(beat.motions for beat in counter.moment() if isinstance(beat, Beat))
+    assert any(beat.motions for beat in counter.moment() if isinstance(beat, ProcessHeartbeat))
     counter.bench.twin.state.fault = Fault.SILENT
     messages = counter.moment() + counter.moment()
-    assert [type(message) for message in messages] == [Beat, Beat]
+    assert [type(message) for message in messages] == [ProcessHeartbeat, ProcessHeartbeat]
 
 
 def test_orders_are_obeyed(make_counter) -> None:
@@ -98,5 +98,5 @@ def test_orders_are_obeyed(make_counter) -> None:
     walking = spread()
     counter.orders.put(StandStill(True))
     assert spread() < 0.8 * walking
-    counter.orders.put(Stop())
+    counter.orders.put(StopProcess())
     assert not counter.desk.obey(counter.orders)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from drivers.realsense.gate import NewsGate
+from drivers.realsense.gate import DuplicateFilter
 from drivers.realsense.messages import CameraGone, CameraRefused, RealSenseSettings, TimestampDomain
 from sim_fakes.sensors.realsense_software import GRAVITY, TURN, Fault, TwinSpec
 
@@ -27,7 +27,7 @@ def test_the_timestamp_domain_is_kept(make_bench, domain) -> None:
 
 
 def test_a_dropped_colour_image_leaves_a_gap_and_no_half_frame(bench) -> None:
-    gate = NewsGate()
+    gate = DuplicateFilter()
     first = bench.settled()
     gate.admit(first)
     bench.twin.state.fault = Fault.DROPPED
@@ -51,7 +51,7 @@ def test_a_late_colour_image_keeps_its_own_stamp(bench) -> None:
 
 @pytest.mark.parametrize("fault", [Fault.REPEATED, Fault.STAMP_FROZEN, Fault.PIXELS_FROZEN])
 def test_frozen_images_are_no_news(bench, fault) -> None:
-    gate = NewsGate()
+    gate = DuplicateFilter()
     gate.admit(bench.settled())
     bench.twin.state.fault = fault
     bench.moment()

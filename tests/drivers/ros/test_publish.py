@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from drivers.clock import SimClock
-from drivers.livox.intake import ImuSample
+from drivers.livox.intake import LivoxImuSample
 from drivers.livox.wire import TimeType
 from drivers.ports import CameraFrame, LidarCloud, LinkLost, PoseUnavailable, StaleData
 from drivers.ros.convert import battery_message
@@ -53,12 +53,12 @@ class Sensor:
         points = np.array([[1.0, 2.0, 3.0], [0.1, 0.2, 0.3]], np.float32)
         return LidarCloud(self.stamp_ns(), points, "livox_frame")
 
-    def imu(self) -> list[ImuSample]:
+    def imu(self) -> list[LivoxImuSample]:
         """200 samples a second since the last call."""
         step_ns, now_ns = 5_000_000, self.clock.now_ns()
         stamps = range(self.imu_ns, now_ns, step_ns)
         self.imu_ns = now_ns
-        return [ImuSample(ns, np.array([0.1, 0, 0]), np.array([0, 0, 9.8]), ns, TimeType.UPTIME) for ns in stamps]
+        return [LivoxImuSample(ns, np.array([0.1, 0, 0]), np.array([0, 0, 9.8]), ns, TimeType.UPTIME) for ns in stamps]
 
 
 @dataclass

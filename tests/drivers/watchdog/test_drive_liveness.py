@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from drivers.ports import Navigator
-from drivers.watchdog.drive_liveness import UNWATCHED_S, Pulse
+from drivers.watchdog.drive_liveness import UNWATCHED_S, DriveLiveness
 from drivers.watchdog.heartbeat import Heartbeat
 from openbelief.pose import Pose2
 
@@ -17,7 +17,7 @@ class Watched:
 
     def __init__(self, navigator) -> None:
         self.now_s = 0.0
-        self.pulse = Pulse(navigator, lambda: self.now_s)
+        self.pulse = DriveLiveness(navigator, lambda: self.now_s)
 
     def after(self, seconds: float) -> bool:
         self.now_s += seconds

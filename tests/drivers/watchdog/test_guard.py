@@ -12,7 +12,7 @@ from drivers.ports import LinkLost, PortError
 from drivers.ros.zenoh_link import ZenohLink
 from drivers.watchdog.guard import WatchdogGuard
 from drivers.watchdog.heartbeat import Heartbeat, WatchdogView
-from drivers.watchdog.latch import State
+from drivers.watchdog.latch import WatchdogState
 from openbelief.pose import Pose2
 
 FAR = Pose2(5.0, 1.0, 0.0)
@@ -26,7 +26,7 @@ class Deadman:
     view: WatchdogView
     now_s: float = 100.0
 
-    def step(self, seconds: float = 0.0) -> State:
+    def step(self, seconds: float = 0.0) -> WatchdogState:
         self.now_s += seconds
         self.guard.step()
         return self.guard.status.state
@@ -46,30 +46,30 @@ def deadman(rig):
 
 def test_a_workstation_that_falls_silent_stops_the_robot_and_a_person_resets_it(rig, deadman, eventually):
     with Heartbeat(rig.link) as heartbeat:
-        eventually(lambda: deadman.step() is State.ARMED)
+        eventually(lambda: deadman.step() is WatchdogState.ARMED)
         assert rig.nav.send(FAR) is None
         rig.clock.sleep(1.0)
         assert rig.robot.moving
         heartbeat.abandon()
-        assert deadman.step(1.0) is State.LATCHED
-        eventually(lambda: deadman.step() is State.LATCHED and deadman.guard.status.acknowledged)
+        assert deadman.step(1.0) is WatchdogState.LATCHED
+        eventually(lambda: deadman.step() is WatchdogState.LATCHED and deadman.guard.status.acknowledged)
         assert not rig.robot.moving
         eventually(lambda: bool(deadman.step(0.3)) and deadman.view.trouble() is not None)
         assert "latched" in deadman.view.trouble() and "silent" in deadman.view.trouble()
         eventually(lambda: deadman.view.reset().ok)
-        assert deadman.step() is State.WAITING
+        assert deadman.step() is WatchdogState.WAITING
         assert not rig.robot.moving
         eventually(lambda: bool(deadman.step(0.3)) and "does not hear" in (deadman.view.trouble() or ""))
         heartbeat.resume()
-        eventually(lambda: deadman.step() is State.ARMED and deadman.view.trouble() is None)
+        eventually(lambda: deadman.step() is WatchdogState.ARMED and deadman.view.trouble() is None)
 
 
 def test_a_goal_that_somebody_sends_though_latched_is_cancelled(rig, deadman, eventually):
     with Heartbeat(rig.link) as heartbeat:
-        eventually(lambda: deadman.step() is State.ARMED)
+        eventually(lambda: deadman.step() is WatchdogState.ARMED)
         heartbeat.abandon()
         deadman.step(1.0)
-        eventually(lambda: deadman.step() is State.LATCHED and deadman.guard.status.acknowledged)
+        eventually(lambda: deadman.step() is WatchdogState.LATCHED and deadman.guard.status.acknowledged)
         assert rig.nav.send(FAR) is None
         eventually(lambda: bool(deadman.step(0.3)) and not rig.robot.moving)
 
@@ -77,7 +77,7 @@ def test_a_goal_that_somebody_sends_though_latched_is_cancelled(rig, deadman, ev
 def test_a_reset_is_refused_while_nav2_has_not_acknowledged(rig, deadman, eventually):
     rig.site.nav2_faults.cancel_code = 1  # rejected
     with Heartbeat(rig.link) as heartbeat:
-        eventually(lambda: deadman.step() is State.ARMED)
+        eventually(lambda: deadman.step() is WatchdogState.ARMED)
         heartbeat.abandon()
         deadman.step(1.0)
         reply = deadman.view.reset()
@@ -91,19 +91,19 @@ def test_a_heart_whose_link_once_refused_a_beat_can_be_made_to_beat_again(rig, d
         raise LinkLost("The Zenoh link is closed.")
 
     with Heartbeat(rig.link) as heartbeat:
-        eventually(lambda: deadman.step() is State.ARMED)
+        eventually(lambda: deadman.step() is WatchdogState.ARMED)
         with monkeypatch.context() as broken:
             broken.setattr(rig.link, "put", refuse)
             eventually(lambda: not any(t.name == "heartbeat" for t in threading.enumerate()))
-        assert deadman.step(1.0) is State.LATCHED
+        assert deadman.step(1.0) is WatchdogState.LATCHED
         eventually(lambda: bool(deadman.step(0.3)) and deadman.view.reset().ok)
         heartbeat.resume()
-        eventually(lambda: deadman.step() is State.ARMED)
+        eventually(lambda: deadman.step() is WatchdogState.ARMED)
 
 
 def test_a_late_answer_to_an_earlier_trip_acknowledges_nothing(rig, deadman, eventually, caplog):
     with Heartbeat(rig.link) as heartbeat:
-        eventually(lambda: deadman.step() is State.ARMED)
+        eventually(lambda: deadman.step() is WatchdogState.ARMED)
         heartbeat.abandon()
         rig.site.nav2_faults.slow_s = 0.5  # the answer to the first trip's second cancel comes after the reset
         deadman.step(1.0)
@@ -111,38 +111,38 @@ def test_a_late_answer_to_an_earlier_trip_acknowledges_nothing(rig, deadman, eve
         eventually(lambda: deadman.guard.status.acknowledged and deadman.view.reset().ok)
         rig.site.nav2_faults.cancel_code = 1  # from now on cancels are refused
         heartbeat.resume()
-        eventually(lambda: deadman.step() is State.ARMED)
+        eventually(lambda: deadman.step() is WatchdogState.ARMED)
         heartbeat.abandon()
-        assert deadman.step(1.0) is State.LATCHED
+        assert deadman.step(1.0) is WatchdogState.LATCHED
         eventually(lambda: bool(deadman.step(0.3)) and "the cancel was not taken" in caplog.text)
         assert not deadman.guard.status.acknowledged
 
 
 def test_a_handler_that_fails_does_not_keep_the_watchdog_from_cancelling(rig, deadman, eventually, caplog):
     with Heartbeat(rig.link) as heartbeat:
-        eventually(lambda: deadman.step() is State.ARMED)
+        eventually(lambda: deadman.step() is WatchdogState.ARMED)
         assert rig.nav.send(FAR) is None
         heartbeat.abandon()
         rig.link.put("broken", b"")
         eventually(lambda: "a Zenoh callback failed" in caplog.text)
         with pytest.raises(PortError, match="ZeroDivisionError"):
             deadman.step(1.0)
-        eventually(lambda: deadman.step() is State.LATCHED and deadman.guard.status.acknowledged)
+        eventually(lambda: deadman.step() is WatchdogState.LATCHED and deadman.guard.status.acknowledged)
         assert not rig.robot.moving
 
 
 def test_a_workstation_that_says_goodbye_stops_nothing(rig, deadman, eventually):
     with Heartbeat(rig.link):
-        eventually(lambda: deadman.step() is State.ARMED)
-    eventually(lambda: deadman.step() is State.WAITING)
-    assert deadman.step(100.0) is State.WAITING
+        eventually(lambda: deadman.step() is WatchdogState.ARMED)
+    eventually(lambda: deadman.step() is WatchdogState.WAITING)
+    assert deadman.step(100.0) is WatchdogState.WAITING
 
 
 def test_a_workstation_that_ends_with_an_error_says_no_goodbye(rig, deadman, eventually):
     with pytest.raises(RuntimeError), Heartbeat(rig.link):
-        eventually(lambda: deadman.step() is State.ARMED)
+        eventually(lambda: deadman.step() is WatchdogState.ARMED)
         raise RuntimeError("something broke")
-    assert deadman.step(1.0) is State.LATCHED
+    assert deadman.step(1.0) is WatchdogState.LATCHED
 
 
 def test_without_a_watchdog_the_workstation_says_so(rig):
@@ -155,4 +155,4 @@ def test_without_a_watchdog_the_workstation_says_so(rig):
 def test_bytes_that_are_no_heartbeat_arm_nothing(rig, deadman, eventually, payload, caplog):
     caplog.set_level("WARNING")
     eventually(lambda: rig.link.put("openbelief/heartbeat", payload) is None and "was ignored" in caplog.text)
-    assert deadman.step() is State.WAITING
+    assert deadman.step() is WatchdogState.WAITING

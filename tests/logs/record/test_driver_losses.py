@@ -17,8 +17,8 @@ from drivers.livox.driver import LivoxLidar, LivoxSettings
 from drivers.livox.intake import KEPT_CLOUDS
 from drivers.ports import LinkLost
 from drivers.realsense.camera import RealSenseCamera
-from drivers.realsense.messages import ImuSample, RealSenseFrame, RealSenseSettings, StreamCounts, TimestampDomain
-from drivers.realsense.restarts import WatchdogLimits
+from drivers.realsense.messages import CameraImuSample, RealSenseFrame, RealSenseSettings, StreamCounts, TimestampDomain
+from drivers.realsense.restarts import RestartLimits
 from drivers.topics import CAMERA_IMU, DEPTH, LIDAR, LIDAR_IMU
 from logs.record.driver_losses import NOT_TAKEN, Growth
 from logs.record.port_tap import PortTap
@@ -138,7 +138,7 @@ class D435:
         taken, self.waiting = self.waiting, []
         return [self.frame(number) for number in taken]
 
-    def take_imu(self) -> list[ImuSample]:
+    def take_imu(self) -> list[CameraImuSample]:
         return []
 
     def health(self) -> Health:
@@ -183,7 +183,7 @@ def test_a_camera_that_has_failed_for_good_is_gone_and_its_last_images_are_kept(
 
 
 @contextmanager
-def tapped(state: TwinState, queue: QueuedRecorder, limits: WatchdogLimits | None = None) -> Iterator[PortTap]:
+def tapped(state: TwinState, queue: QueuedRecorder, limits: RestartLimits | None = None) -> Iterator[PortTap]:
     """The real driver, librealsense in its own process, and inside the simulated D435i."""
     opener = partial(open_twin, box_images, TwinSpec(), state)
     with RealSenseCamera(RealSenseSettings(), SystemClock(), open_device=opener, limits=limits) as camera:
@@ -203,7 +203,7 @@ def test_images_that_the_real_camera_driver_loses_are_counted(queue: QueuedRecor
 
 def test_a_camera_that_was_unplugged_and_is_given_up_is_gone(queue: QueuedRecorder) -> None:
     state = TwinState()
-    with tapped(state, queue, WatchdogLimits(back_off_s=())) as tap:
+    with tapped(state, queue, RestartLimits(back_off_s=())) as tap:
         state.fault = Fault.UNPLUGGED
         until(lambda: (tap.poll(), DEPTH.name in tap.gone)[1])
     assert tap.gone[DEPTH.name] == tap.trouble[DEPTH.name]

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from logs.record.streams import Pace
+from logs.record.streams import StampIntervals
 
 MS = 1_000_000
 
 
-def paced(stamps_ms: list[float]) -> Pace:
-    pace = Pace()
+def paced(stamps_ms: list[float]) -> StampIntervals:
+    pace = StampIntervals()
     for stamp_ms in stamps_ms:
         pace.see(round(stamp_ms * MS))
     return pace

@@ -9,7 +9,7 @@ import pytest
 from openbelief.observation import Intrinsics, Mask, RgbdFrame
 from openbelief.perception.composed import BadModelOutput, ComposedPerception
 from openbelief.perception.mask_nms import mask_iou, suppress
-from openbelief.perception.ports import Perception, PhraseProposer, Segment, SegmentEncoder, Segmenter
+from openbelief.perception.ports import Perception, PhraseProposer, SegmentedMask, SegmentEncoder, Segmenter
 from openbelief.perception.stages import StagedPerception
 
 SHAPE = (48, 64)
@@ -43,9 +43,9 @@ class Finds:
     id: str = "finds==1"
     asked: list[list[str]] = field(default_factory=list)
 
-    def segment(self, frame: RgbdFrame, phrases: Sequence[str]) -> list[Segment]:
+    def segment(self, frame: RgbdFrame, phrases: Sequence[str]) -> list[SegmentedMask]:
         self.asked.append(list(phrases))
-        return [Segment(phrase, *found) for phrase in phrases for found in self.table.get(phrase, [])]
+        return [SegmentedMask(phrase, *found) for phrase in phrases for found in self.table.get(phrase, [])]
 
 
 @dataclass
@@ -58,7 +58,7 @@ class Numbers:
     rows: np.ndarray | None = None
     batches: list[int] = field(default_factory=list)
 
-    def encode(self, frame: RgbdFrame, segments: Sequence[Segment]) -> np.ndarray:
+    def encode(self, frame: RgbdFrame, segments: Sequence[SegmentedMask]) -> np.ndarray:
         self.batches.append(len(segments))
         return np.eye(8, dtype=np.float32)[: len(segments)] if self.rows is None else self.rows
 
@@ -103,15 +103,15 @@ def test_a_double_of_one_phrase_goes_and_a_second_phrase_for_it_stays():
 
 
 def test_suppression_is_by_overlap_over_eight_tenths():
-    eight = [Segment("a", 0.9, box(0, 10)), Segment("a", 0.8, box(0, 8))]  # IoU 0.8: not over it
-    more = [Segment("a", 0.8, box(0, 9)), Segment("a", 0.9, box(0, 10))]  # IoU 0.9
+    eight = [SegmentedMask("a", 0.9, box(0, 10)), SegmentedMask("a", 0.8, box(0, 8))]  # IoU 0.8: not over it
+    more = [SegmentedMask("a", 0.8, box(0, 9)), SegmentedMask("a", 0.9, box(0, 10))]  # IoU 0.9
     assert len(suppress(eight)) == 2
     assert [segment.score for segment in suppress(more)] == [0.9]
     np.testing.assert_allclose(mask_iou(np.stack([box(0, 10), box(0, 8), box(20, 30)]))[0], [1, 0.8, 0])
 
 
 def test_a_suppressed_mask_suppresses_nothing():
-    chain = [Segment("a", s, box(x, x + 20)) for s, x in ((0.9, 0), (0.8, 2), (0.7, 4))]  # 0.82, 0.82, then 0.67
+    chain = [SegmentedMask("a", s, box(x, x + 20)) for s, x in ((0.9, 0), (0.8, 2), (0.7, 4))]  # 0.82, 0.82, then 0.67
     assert [segment.score for segment in suppress(chain)] == [0.9, 0.7]
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from openbelief.observation import Intrinsics, RgbdFrame
 from openbelief.perception.global_local import GlobalLocalFeatures, combine, crops
-from openbelief.perception.ports import Segment
+from openbelief.perception.ports import SegmentedMask
 
 
 def unit(rng: np.random.Generator, *shape: int) -> np.ndarray:
@@ -36,10 +36,10 @@ def picture() -> RgbdFrame:
     return RgbdFrame(0, 1, color, np.ones((100, 200), np.float32), Intrinsics(200, 100, 99, 99, 99, 49), np.eye(4))
 
 
-def square() -> Segment:
+def square() -> SegmentedMask:
     pixels = np.zeros((100, 200), bool)
     pixels[40:60, 90:110] = True
-    return Segment("red square", 0.9, pixels)
+    return SegmentedMask("red square", 0.9, pixels)
 
 
 def test_one_mask_in_a_frame_keeps_its_own_look():

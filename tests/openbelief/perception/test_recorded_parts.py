@@ -7,7 +7,7 @@ import pytest
 
 from openbelief.observation import Intrinsics, RgbdFrame
 from openbelief.perception.composed import ComposedPerception
-from openbelief.perception.ports import PerceptionFailed, Segment, SegmentEncoder, Segmenter
+from openbelief.perception.ports import PerceptionFailed, SegmentedMask, SegmentEncoder, Segmenter
 from openbelief.perception.recorded import RecordedPerception
 from openbelief.perception.recorded_parts import RecordedFeatures, RecordedSegmenter
 
@@ -42,7 +42,7 @@ def test_segments_come_with_the_features_that_were_recorded(recorded, frame):
 
 
 def test_a_mask_from_elsewhere_has_no_feature_and_is_refused(recorded, frame):
-    stranger = Segment("red box", 0.5, np.ones((120, 160), bool))
+    stranger = SegmentedMask("red box", 0.5, np.ones((120, 160), bool))
     with pytest.raises(PerceptionFailed, match="name the same file as segmenter"):
         RecordedFeatures(recorded).encode(frame, [stranger])
 

@@ -14,8 +14,8 @@ import openai
 import pytest
 
 from openbelief.observation import Intrinsics, RgbdFrame
-from openbelief.perception.patience import Stopped, Transient
 from openbelief.perception.ports import FrameUnseen, PhraseProposer
+from openbelief.perception.retry import RetryStopped, TransientFailure
 from openbelief.perception.vlm import VlmConfig, VlmError, VlmProposer
 from openbelief.perception.vlm_errors import translated
 from openbelief.perception.vlm_picture import PictureFormat, encoded
@@ -143,7 +143,7 @@ def test_how_long_a_server_asks_to_be_left_alone_is_seconds_or_a_date(retry_afte
     response = httpx2.Response(429, headers=headers, request=httpx2.Request("POST", "http://lab/v1"))
     error = openai.RateLimitError("slow down", response=response, body=None)
     trouble = translated(error, "http://lab/v1", "m", 1.0)
-    assert isinstance(trouble, Transient) and trouble.after_s == seconds
+    assert isinstance(trouble, TransientFailure) and trouble.after_s == seconds
 
 
 def test_an_answer_that_is_too_late_is_asked_for_again(start_vlm, proposer, clock):
@@ -300,7 +300,7 @@ def test_threads_share_a_proposer_and_get_their_own_answers(start_vlm, proposer)
 def test_closing_ends_the_waiting(proposer, clock):
     vlm = proposer(f"http://127.0.0.1:{closed_port()}/v1")
     clock.on_sleep = vlm.close
-    with pytest.raises(Stopped):
+    with pytest.raises(RetryStopped):
         vlm.propose(frame())
     assert len(clock.sleeps) == 1
 

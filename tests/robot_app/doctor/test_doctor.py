@@ -29,12 +29,12 @@ from robot_app.app import Robot, open_robot
 from robot_app.certs.folder import make_site
 from robot_app.certs.zenoh import ZenohSite
 from robot_app.cli import main
-from robot_app.config import Config, Livox, Ports, Zenoh, load_config
+from robot_app.config import Config, LivoxSection, PortsSection, ZenohSection, load_config
 from robot_app.doctor.examination import examine_robot
-from robot_app.doctor.finding import Level, Line, Patient
+from robot_app.doctor.finding import Examined, Finding, Level
 from robot_app.doctor.robot import check_battery, check_lidar, check_watchdog, port_topics, stays_here
 from robot_app.doctor.sensors import check_real_camera, counter, examine_local
-from robot_app.doctor.topic_probe import Ears, Heard
+from robot_app.doctor.topic_probe import ProbedTopic, TopicProbe
 from robot_app.doctor.workstation import check_certificates, check_disk, check_memory
 from robot_app.local_sensors import open_emulated_realsense
 from robot_app.verbs.doctor import written
@@ -77,11 +77,11 @@ def eventually() -> Eventually:
     return wait
 
 
-def findings(robot: Robot) -> dict[str, Line]:
+def findings(robot: Robot) -> dict[str, Finding]:
     return {line.name: line for line in examine_robot(CONFIG, robot)}
 
 
-def bad(found: dict[str, Line]) -> set[str]:
+def bad(found: dict[str, Finding]) -> set[str]:
     return {name for name, line in found.items() if line.level != Level.OK}
 
 
@@ -132,30 +132,30 @@ def test_clocks_that_differ_are_found(robot: Robot, ahead_s: float, level: Level
 
 
 @pytest.fixture
-def ros_patient(robot: Robot) -> Patient:
+def ros_patient(robot: Robot) -> Examined:
     """The same wire, as if the robot at its other end were a real one: with a watchdog to hear, and a battery port."""
     wire = robot.site.wires["sim"]
     view, battery = WatchdogView(wire.link, wire.keys), RosBattery(wire.link, robot.clock)
     view.start()
     battery.start()
-    config = Config(ports=Ports(navigator="ros", battery="ros"))
-    return Patient(config, replace(robot, battery=battery), Ears(robot.clock), view)
+    config = Config(ports=PortsSection(navigator="ros", battery="ros"))
+    return Examined(config, replace(robot, battery=battery), TopicProbe(robot.clock), view)
 
 
-def without_watchdog(patient: Patient) -> Patient:
+def without_watchdog(patient: Examined) -> Examined:
     """The site does without one."""
     safety = SafetyPolicy(watchdog="off")
     return replace(patient, config=patient.config.model_copy(update={"safety": safety}))
 
 
-def test_a_watchdog_that_is_not_heard_fails_where_missions_need_one(ros_patient: Patient) -> None:
+def test_a_watchdog_that_is_not_heard_fails_where_missions_need_one(ros_patient: Examined) -> None:
     [line] = check_watchdog(ros_patient)
     assert line.level == Level.FAIL and "openbelief onboard" in line.remedy
     [line] = check_watchdog(without_watchdog(ros_patient))
     assert line.level == Level.OK and "not required" in line.said
 
 
-def test_the_watchdogs_own_word_is_told_from_waiting_to_latched(ros_patient: Patient, eventually: Eventually) -> None:
+def test_the_watchdogs_own_word_is_told_from_waiting_to_latched(ros_patient: Examined, eventually: Eventually) -> None:
     config = ros_patient.robot.site.wires["sim"].link.config
     with ZenohLink(config) as onboard, ZenohLink(config) as workstation:
         guard = WatchdogGuard(onboard)
@@ -177,7 +177,7 @@ def test_the_watchdogs_own_word_is_told_from_waiting_to_latched(ros_patient: Pat
 
 @pytest.mark.parametrize(("charge", "level"), [(0.8, Level.OK), (0.3, Level.WARN), (0.2, Level.FAIL)])
 def test_a_charge_is_judged_by_the_limits_of_missions(
-    ros_patient: Patient, eventually: Eventually, charge: float, level: Level
+    ros_patient: Examined, eventually: Eventually, charge: float, level: Level
 ) -> None:
     patient = ros_patient
     [line] = check_battery(patient)
@@ -193,7 +193,7 @@ def test_a_charge_is_judged_by_the_limits_of_missions(
     eventually(heard)
 
 
-def test_a_battery_that_nobody_watches_is_a_warning_on_a_real_robot_only(ros_patient: Patient) -> None:
+def test_a_battery_that_nobody_watches_is_a_warning_on_a_real_robot_only(ros_patient: Examined) -> None:
     unwatched = replace(ros_patient, robot=replace(ros_patient.robot, battery=None))
     [line] = check_battery(unwatched)
     assert line.level == Level.WARN and "battery" in line.remedy
@@ -270,14 +270,14 @@ def test_with_the_bridge_down_the_lidar_here_is_looked_at_and_its_health_codes_a
 
 
 def test_a_lidar_that_is_not_there_is_found(tmp_path: Path) -> None:
-    livox = Livox(lidar_ip="127.88.8.8", host_ip="203.0.113.9")
-    config = Config(ports=Ports(lidar="real", camera="ros", pose="ros", map="ros", navigator="ros"), livox=livox)
+    livox = LivoxSection(lidar_ip="127.88.8.8", host_ip="203.0.113.9")
+    config = Config(ports=PortsSection(lidar="real", camera="ros", pose="ros", map="ros", navigator="ros"), livox=livox)
     [line] = examine_local(config)
     assert line.name == "lidar" and line.level == Level.FAIL and "203.0.113.9" in line.said and line.remedy
 
 
 def test_what_onboard_says_of_its_lidar_reaches_the_doctor_at_the_workstation(
-    ros_patient: Patient, eventually: Eventually
+    ros_patient: Examined, eventually: Eventually
 ) -> None:
     """And what others say on /diagnostics does not."""
     wire, ears = ros_patient.robot.site.wires["sim"], ros_patient.ears
@@ -297,7 +297,7 @@ def test_what_onboard_says_of_its_lidar_reaches_the_doctor_at_the_workstation(
     ears.hear(wire, port_topics("lidar", ros_patient.config, ros_patient.robot))
     ears.listen(1.0)
     lines = {line.name: line for line in check_lidar(ros_patient)}
-    assert lines["lidar health"] == Line("lidar health", Level.WARN, dirty.said, "clean it")
+    assert lines["lidar health"] == Finding("lidar health", Level.WARN, dirty.said, "clean it")
     assert "lidar motor" not in lines
 
 
@@ -305,7 +305,7 @@ def test_a_camera_here_is_looked_at(eventually: Eventually) -> None:
     with ExitStack() as opened:
         camera = open_emulated_realsense(Config(), SystemClock(), opened)
         eventually(lambda: camera.health().counts.frames > 0)
-        ears = Ears(SystemClock())
+        ears = TopicProbe(SystemClock())
         ears.count("camera", counter(camera))
         ears.listen(1.0)
         usb, rate = check_real_camera(camera, ears)
@@ -315,7 +315,7 @@ def test_a_camera_here_is_looked_at(eventually: Eventually) -> None:
 
 def test_the_rate_of_a_sensor_here_is_counted_while_it_is_listened_to() -> None:
     clock, images = SimClock(0), [7]
-    ears = Ears(clock)
+    ears = TopicProbe(clock)
     ears.count("camera", lambda: images[0])
     clock.every(1 / 30, lambda: images.append(images.pop() + 1))
     ears.listen(3.0)
@@ -367,7 +367,8 @@ def test_certificates_near_and_past_their_end_are_found(tmp_path: Path) -> None:
     levels = [{line.level for line in check_certificates(config, now_ns + days * DAY_NS)} for days in (0, 20, 40)]
     assert levels == [{Level.OK}, {Level.WARN}, {Level.FAIL}]
     missing = Config(
-        ports=Ports(camera="ros"), zenoh=Zenoh(endpoint="tls/h:1", ca=tmp_path, certificate=tmp_path, key=tmp_path)
+        ports=PortsSection(camera="ros"),
+        zenoh=ZenohSection(endpoint="tls/h:1", ca=tmp_path, certificate=tmp_path, key=tmp_path),
     )
     assert {line.level for line in check_certificates(missing, now_ns)} == {Level.FAIL}
 
@@ -380,10 +381,10 @@ def test_only_the_loopback_may_go_unencrypted(endpoint: str, here: bool) -> None
 
 
 def test_gaps_between_stamps_are_counted_as_missing() -> None:
-    assert Heard([k * 100 for k in range(20) if k not in (5, 9, 10)]).missing == 3
-    assert Heard([]).missing == 0
+    assert ProbedTopic([k * 100 for k in range(20) if k not in (5, 9, 10)]).missing == 3
+    assert ProbedTopic([]).missing == 0
 
 
 def test_what_a_robot_says_cannot_move_the_terminals_cursor() -> None:
-    text = written(Line("lidar", Level.FAIL, "\x1b[2Jgone", "look\nthere"))
+    text = written(Finding("lidar", Level.FAIL, "\x1b[2Jgone", "look\nthere"))
     assert "\x1b" not in text and text.startswith("fail  lidar: ")

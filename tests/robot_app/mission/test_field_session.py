@@ -19,7 +19,7 @@ import pytest
 
 from drivers.ros.zenoh_link import LinkConfig, ZenohLink
 from drivers.watchdog.heartbeat import WatchdogView
-from drivers.watchdog.latch import State
+from drivers.watchdog.latch import WatchdogState
 from logs.mcap_io.reader import LogReader
 from openbelief import ObjectMemory
 from robot_app.cli import main
@@ -98,7 +98,7 @@ class Watchdog:
     def __init__(self, opened: ExitStack, endpoint: str) -> None:
         self._view = WatchdogView(opened.enter_context(ZenohLink(LinkConfig((endpoint,)))))
         self._view.start()
-        self.heard: list[State] = []
+        self.heard: list[WatchdogState] = []
         self._stop = threading.Event()
         listening = threading.Thread(target=self._listen)
         listening.start()
@@ -106,7 +106,7 @@ class Watchdog:
         opened.callback(self._stop.set)
 
     @property
-    def state(self) -> State | None:
+    def state(self) -> WatchdogState | None:
         return self._view.status.state if self._view.status else None
 
     def _listen(self) -> None:
@@ -159,7 +159,7 @@ def test_a_walk_is_recorded_mapped_and_driven_from_in_separate_processes(tmp_pat
     onboard = Program(opened, "robot_app.cli", "onboard", "--config", config)
     onboard.expect("The watchdog watches")
     watchdog = Watchdog(opened, endpoint)
-    until(lambda: watchdog.state is State.WAITING, "the watchdog waits for a workstation")
+    until(lambda: watchdog.state is WatchdogState.WAITING, "the watchdog waits for a workstation")
 
     walk = tmp_path / "walk.mcap"
     record = Program(opened, "robot_app.cli", "record", "-o", str(walk), "--config", config)
@@ -188,8 +188,12 @@ def test_a_walk_is_recorded_mapped_and_driven_from_in_separate_processes(tmp_pat
     assert (outcome["outcome"], outcome["trial_failure"]) == ("CONFIRMED", None), ask.said
     assert ask.end() == 0
     assert near_an_armchair(memory, outcome["object_id"])
-    until(lambda: watchdog.state is State.WAITING, "the workstation has said goodbye")
-    assert watchdog.heard == [State.WAITING, State.ARMED, State.WAITING]  # it watched the drive, and did not trip
+    until(lambda: watchdog.state is WatchdogState.WAITING, "the workstation has said goodbye")
+    assert watchdog.heard == [
+        WatchdogState.WAITING,
+        WatchdogState.ARMED,
+        WatchdogState.WAITING,
+    ]  # it watched the drive, and did not trip
 
     assert main(["replay", str(trial), "--json"]) == 0
     assert (onboard.interrupt(), robot.hang_up()) == (0, 0)

@@ -12,15 +12,15 @@ import pytest
 import robot_app.mission.safety
 from behaviors.supervisor import SafetyPolicy
 from drivers.clock import SimClock
-from drivers.ports import Charge, Reaction, StaleData
+from drivers.ports import BatteryState, Reaction, StaleData
 from drivers.ros.bridge_keys import BridgeKeys
 from drivers.ros.zenoh_link import LinkConfig, ZenohLink, open_router
 from drivers.watchdog.guard import WatchdogGuard
-from drivers.watchdog.latch import State
+from drivers.watchdog.latch import WatchdogState
 from openbelief.pose import Pose2
 from openbelief.traversability import OccupancyGrid
 from robot_app.app import Wire
-from robot_app.config import Config, ConfigError, Ports, Topics, dump_config, load_config
+from robot_app.config import Config, ConfigError, PortsSection, TopicsSection, dump_config, load_config
 from robot_app.mission.safety import FIRST_DATA_S, watched
 
 
@@ -54,13 +54,15 @@ def robot(monkeypatch):
             lidar=None,
             battery=None,
             navigator=SimpleNamespace(unavailable=lambda: None),
-            site=SimpleNamespace(wires={word: Wire(ours, BridgeKeys(), Topics()) for word in ("ros", "sim")}),
+            site=SimpleNamespace(wires={word: Wire(ours, BridgeKeys(), TopicsSection()) for word in ("ros", "sim")}),
             guard=WatchdogGuard(far),
         )
 
 
 def config(folder, navigator="ros", **safety) -> Config:
-    return Config(trials=folder, ports=Ports(navigator=navigator), safety=SafetyPolicy(disk_min_bytes=0, **safety))
+    return Config(
+        trials=folder, ports=PortsSection(navigator=navigator), safety=SafetyPolicy(disk_min_bytes=0, **safety)
+    )
 
 
 def empty_memory():
@@ -77,8 +79,8 @@ def test_over_ros_no_mission_begins_without_a_watchdog_that_hears_us(robot, tmp_
             return watch.safety.verdict(None).reaction is Reaction.GO
 
         eventually(armed)
-        assert robot.guard.status.state is State.ARMED
-    eventually(lambda: robot.guard.step() is None and robot.guard.status.state is State.WAITING)
+        assert robot.guard.status.state is WatchdogState.ARMED
+    eventually(lambda: robot.guard.step() is None and robot.guard.status.state is WatchdogState.WAITING)
 
 
 @pytest.mark.parametrize(("navigator", "watchdog"), [("sim", "required"), ("ros", "off")])
@@ -91,7 +93,7 @@ def test_a_first_message_that_is_still_on_its_way_is_waited_for(robot, tmp_path)
     def charge(max_age_s):
         if robot.clock.now_ns() < 1_000_000_000:
             raise StaleData("No battery state yet.")
-        return Charge(robot.clock.now_ns(), 0.9)
+        return BatteryState(robot.clock.now_ns(), 0.9)
 
     robot.battery = SimpleNamespace(latest=charge)
     with watched(config(tmp_path, watchdog="off"), robot, empty_memory()) as watch:

@@ -17,7 +17,7 @@ import pytest
 
 from robot_app.cli import Failure, main
 from robot_app.models.pull import pull
-from robot_app.models.table import LOCK, FileFacts, Lock, Model, table
+from robot_app.models.table import LOCK, FileFacts, Lock, ModelEntry, table
 
 EXPORTED = Path(__file__).resolve().parents[2] / "openbelief" / "perception" / "fixtures"
 COMMIT = "c0ffee" * 6 + "c0ff"
@@ -97,13 +97,13 @@ def hub(monkeypatch) -> Iterator[Hub]:
     thread.join(5)
 
 
-def model(**facts: object) -> Model:
-    return Model(
+def model(**facts: object) -> ModelEntry:
+    return ModelEntry(
         role="test", source="hub", repository="lab/net", licence="none", files={"weights.bin": FileFacts(**facts)}
     )
 
 
-def fetch(hub: Hub, folder: Path, row: Model) -> list[str]:
+def fetch(hub: Hub, folder: Path, row: ModelEntry) -> list[str]:
     said: list[str] = []
     pull("net", row, folder, endpoint=hub.endpoint, tell=said.append)
     return said
@@ -159,7 +159,7 @@ def test_a_pull_that_breaks_goes_on_where_it_stopped(hub, tmp_path, monkeypatch)
 
 
 def test_a_file_that_the_hub_does_not_have_is_named(hub, tmp_path):
-    row = Model(role="r", source="hub", repository="lab/net", licence="none", files={"gone.bin": FileFacts()})
+    row = ModelEntry(role="r", source="hub", repository="lab/net", licence="none", files={"gone.bin": FileFacts()})
     with pytest.raises(Failure, match=r"lab/net/gone\.bin \(main\) is not on the hub"):
         fetch(hub, tmp_path, row)
 

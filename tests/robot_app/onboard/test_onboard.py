@@ -19,9 +19,9 @@ from drivers.ros.messages import decode
 from drivers.ros.zenoh_link import LinkConfig, ZenohLink, open_router
 from drivers.topics import CAMERA_IMU, DIAGNOSTICS, LIDAR, LIDAR_IMU, TF_STATIC
 from drivers.watchdog.heartbeat import Heartbeat, WatchdogView
-from drivers.watchdog.latch import State
+from drivers.watchdog.latch import WatchdogState
 from robot_app.cli import main
-from robot_app.config import Config, Livox, Onboard, Zenoh
+from robot_app.config import Config, LivoxSection, OnboardSection, ZenohSection
 from robot_app.onboard import sensors as onboard_sensors
 from robot_app.onboard.process import run_onboard
 
@@ -57,8 +57,8 @@ class Site:
         self.view = WatchdogView(self.link)
         self.view.start()
 
-    def start(self, onboard: Onboard, livox: Livox | None = None) -> None:
-        config = Config(zenoh=Zenoh(endpoint=self.endpoint), onboard=onboard, livox=livox or Livox())
+    def start(self, onboard: OnboardSection, livox: LivoxSection | None = None) -> None:
+        config = Config(zenoh=ZenohSection(endpoint=self.endpoint), onboard=onboard, livox=livox or LivoxSection())
         stop = threading.Event()
         running = threading.Thread(target=self._run, args=(config, stop))
         running.start()
@@ -72,7 +72,7 @@ class Site:
             self.failure = error
 
     @property
-    def state(self) -> State | None:
+    def state(self) -> WatchdogState | None:
         return self.view.status.state if self.view.status else None
 
 
@@ -121,18 +121,18 @@ def gone(config, clock, opened):
 def test_an_unplugged_camera_and_a_foreign_host_address_end_nothing(site, said, eventually, place):
     """203.0.113.9 is nobody's: as on a laptop that is not in the robot's network."""
     place("camera", gone)
-    site.start(Onboard(camera="real", lidar="real", mounts=MOUNTS), Livox(host_ip="203.0.113.9"))
-    eventually(lambda: site.state is State.WAITING)
+    site.start(OnboardSection(camera="real", lidar="real", mounts=MOUNTS), LivoxSection(host_ip="203.0.113.9"))
+    eventually(lambda: site.state is WatchdogState.WAITING)
     eventually(lambda: says(said, "camera", "No RealSense") and says(said, "lidar", "Cannot listen for lidar"))
     eventually(lambda: len(site.heard[TF_STATIC.name]) >= 2)
     assert site.failure is None
 
 
 def test_a_lidar_that_cannot_be_taken_over_ends_nothing(site, said, eventually):
-    livox = Livox(lidar_ip="127.77.7.7", host_ip="127.77.7.8", take_control=True)
-    site.start(Onboard(lidar="real"), livox)
+    livox = LivoxSection(lidar_ip="127.77.7.7", host_ip="127.77.7.8", take_control=True)
+    site.start(OnboardSection(lidar="real"), livox)
     eventually(lambda: says(said, "lidar", "The lidar at 127.77.7.7:56100 did not answer SET"))
-    assert site.state is State.WAITING and site.failure is None
+    assert site.state is WatchdogState.WAITING and site.failure is None
 
 
 def test_the_watchdog_watches_while_a_sensor_takes_its_time_to_open(site, eventually, place):
@@ -144,13 +144,13 @@ def test_the_watchdog_watches_while_a_sensor_takes_its_time_to_open(site, eventu
         raise PortError("nothing there after 25 s")
 
     place("camera", slow)
-    site.start(Onboard(camera="real"))
+    site.start(OnboardSection(camera="real"))
     try:
         assert opening.wait(20)
         with Heartbeat(site.link) as heartbeat:
-            eventually(lambda: site.state is State.ARMED)
+            eventually(lambda: site.state is WatchdogState.ARMED)
             heartbeat.abandon()
-            eventually(lambda: site.state is State.LATCHED)
+            eventually(lambda: site.state is WatchdogState.LATCHED)
     finally:
         open_now.set()
 
@@ -168,7 +168,7 @@ def test_a_camera_that_failed_for_good_stops_neither_lidar_nor_mounts(site, said
 
     place("camera", lambda config, clock, opened: opened.enter_context(camera()))
     place("lidar", lambda config, clock, opened: Lidar(clock))
-    site.start(Onboard(camera="real", lidar="real", mounts=MOUNTS))
+    site.start(OnboardSection(camera="real", lidar="real", mounts=MOUNTS))
     eventually(lambda: says(said, "camera", "5 hardware resets"))
     seen = len(site.heard[LIDAR.name])
     eventually(lambda: len(site.heard[LIDAR.name]) > seen + 5 and len(site.heard[TF_STATIC.name]) >= 2)
@@ -180,11 +180,11 @@ def test_a_fault_of_a_sensors_own_is_logged_and_the_others_go_on(site, said, eve
 
     place("camera", broken)
     place("lidar", lambda config, clock, opened: Lidar(clock))
-    site.start(Onboard(camera="real", lidar="real"))
+    site.start(OnboardSection(camera="real", lidar="real"))
     eventually(lambda: says(said, "camera", "ZeroDivisionError: a fault of ours"))
     seen = len(site.heard[LIDAR.name])
     eventually(lambda: len(site.heard[LIDAR.name]) > seen + 5)
-    assert site.state is State.WAITING
+    assert site.state is WatchdogState.WAITING
 
 
 def said_of(name: str, site: Site) -> str:
@@ -193,7 +193,7 @@ def said_of(name: str, site: Site) -> str:
 
 
 def test_the_emulated_sensors_are_published_with_both_imus_their_words_and_all_that_the_lidar_knows(site, eventually):
-    site.start(Onboard(camera="sim", lidar="sim"))
+    site.start(OnboardSection(camera="sim", lidar="sim"))
     eventually(lambda: all(site.heard[topic.name] for topic in (LIDAR, LIDAR_IMU, CAMERA_IMU)))
     message = decode(site.heard[LIDAR.name][-1], LIDAR.type_name)
     assert len(cloud_of(message).points) > 5000 and message.fields[-1].name == "timestamp"

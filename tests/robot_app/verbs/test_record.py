@@ -29,8 +29,8 @@ from openbelief.g1 import T_BASE_CAMERA, T_BASE_LIDAR
 from robot_app.app import open_robot
 from robot_app.cli import main
 from robot_app.config import load_config
-from robot_app.record.monitor import Gauge, Status, StreamStatus
-from robot_app.record.recording import Recorded, RecordJob, record, start_taps
+from robot_app.record.monitor import RecordingMonitor, RecordingStatus, StreamStatus
+from robot_app.record.recording import RecordingResult, RecordJob, record, start_taps
 from robot_app.record.status_line import line
 from robot_app.verbs.record import failure_of, story
 
@@ -221,7 +221,7 @@ def test_a_source_that_falls_silent_is_told_and_is_no_success(config: Path, tmp_
         robot = opened.enter_context(open_robot(settings))
         recorder = opened.enter_context(McapRecorder(tmp_path / "walk.mcap", robot.clock))
         queue = opened.enter_context(QueuedRecorder(recorder, robot.clock))
-        gauge = Gauge(robot, queue, recorder, start_taps(robot, settings, queue))
+        gauge = RecordingMonitor(robot, queue, recorder, start_taps(robot, settings, queue))
         simulation = robot.site.simulation
         assert simulation is not None
         robot.clock.sleep(3.0)
@@ -233,7 +233,7 @@ def test_a_source_that_falls_silent_is_told_and_is_no_success(config: Path, tmp_
     assert before.gone == ()
     [sentence] = after.gone
     assert sentence.startswith("nothing on /livox/lidar for ") and sentence in line(after)
-    recorded = Recorded((tmp_path / "walk.mcap",), after, None)
+    recorded = RecordingResult((tmp_path / "walk.mcap",), after, None)
     assert failure_of(recorded) == f"a source ended before the recording, which is kept: {sentence}"
     assert failure_of(replace(recorded, status=before)) is None
     assert after.as_json()["gone"] == [sentence]
@@ -241,13 +241,13 @@ def test_a_source_that_falls_silent_is_told_and_is_no_success(config: Path, tmp_
 
 def test_the_line_and_the_story_name_what_was_lost_by_where() -> None:
     stream = StreamStatus(29.5, 100, 2, "the disk did not keep up", {"packets lost on the network": 3}, 1, 1.34, 4)
-    status = Status(61.0, {"/livox/lidar": stream}, 10**6, 0, 10**9, None, 0.0, ("The camera has failed.",))
+    status = RecordingStatus(61.0, {"/livox/lidar": stream}, 10**6, 0, 10**9, None, 0.0, ("The camera has failed.",))
     assert line(status) == (
         "01:01 livox/lidar 29.5/s | dropped 2 | lost 3: livox/lidar 3 packets lost on the network"
         " | holes up to 1.3 s: livox/lidar 1 | stamps not after the one before: livox/lidar 4"
         " | 1 MB taken, 1 GB free | The camera has failed."
     )
-    told = story(Recorded((Path("walk.mcap"),), status, None))[1]
+    told = story(RecordingResult((Path("walk.mcap"),), status, None))[1]
     for words in (
         "3 packets lost",
         "2 dropped (the disk",
@@ -262,7 +262,7 @@ def test_the_line_and_the_story_name_what_was_lost_by_where() -> None:
 def test_a_stop_ends_the_recording_in_good_order(config: Path, tmp_path: Path) -> None:
     stop, shown = threading.Event(), []
 
-    def show(status: Callable[[], Status]) -> None:
+    def show(status: Callable[[], RecordingStatus]) -> None:
         shown.append(line(status()))
         if len(shown) == 80:
             stop.set()

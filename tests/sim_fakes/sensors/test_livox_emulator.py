@@ -97,7 +97,7 @@ def test_silence_is_silence(stream: LivoxStream) -> None:
 
 
 def test_the_simulated_flat_plugs_in_as_what_the_lidar_sees() -> None:
-    from drivers.livox.intake import Intake
+    from drivers.livox.intake import DatagramDecoder
     from sim_fakes.world.renderer import Renderer
     from sim_fakes.world.world import World
 
@@ -106,7 +106,7 @@ def test_the_simulated_flat_plugs_in_as_what_the_lidar_sees() -> None:
     T_map_lidar = np.diag([1.0, -1.0, -1.0, 1.0])  # upside down, as on a G1
     T_map_lidar[:3, 3] = [*np.mean(world.rooms[0].polygon, axis=0), 1.25]
     flat = LivoxStream(lambda rays, uptime_ns: renderer.scan(T_map_lidar, rays), FOUND)
-    intake = Intake("lidar")
+    intake = DatagramDecoder("lidar")
     for channel, datagram in flat.due(SECOND // 5):
         if channel == "points":
             intake.take_points(datagram, 0)

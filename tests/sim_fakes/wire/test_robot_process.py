@@ -8,7 +8,7 @@ import pytest
 
 from drivers.clock import SimClock
 from openbelief.pose import Pose2
-from sim_fakes.wire.robot_process import Keeper, Remote
+from sim_fakes.wire.robot_process import RealTimePacer, Remote
 from sim_fakes.world.robot import SimRobot
 
 SECOND_NS = 10**9
@@ -38,7 +38,7 @@ def robot(clock) -> SimRobot:
 def test_simulated_time_keeps_step_with_the_wall_and_catches_up_after_a_pause(clock):
     wall, ticks = SimClock(100 * SECOND_NS), []
     clock.every(0.1, lambda: ticks.append(clock.now_ns()))
-    keeper = Keeper(clock, wall)
+    keeper = RealTimePacer(clock, wall)
     for pause_s in (0.01, 0.25, 3.0):
         wall.sleep(pause_s)
         keeper.step()
@@ -47,7 +47,7 @@ def test_simulated_time_keeps_step_with_the_wall_and_catches_up_after_a_pause(cl
 
 
 def test_a_wall_clock_that_is_set_back_is_waited_for(clock):
-    keeper = Keeper(clock, SimClock(90 * SECOND_NS))
+    keeper = RealTimePacer(clock, SimClock(90 * SECOND_NS))
     keeper.step()
     assert clock.now_ns() == 100 * SECOND_NS
 

@@ -10,8 +10,8 @@ import pytest
 
 from openbelief.observation import Intrinsics, Mask, RgbdFrame
 from openbelief.perception.cache import CachedPerception
-from openbelief.perception.look_ahead import LookAhead
 from openbelief.perception.ports import FrameUnseen, Perception, PerceptionFailed
+from openbelief.perception.prefetcher import Prefetcher
 from openbelief.perception.recorded import RecordedPerception
 from openbelief.perception.stages import Stage
 
@@ -52,15 +52,15 @@ class Steps:
         self.closed.set()
 
 
-def phrases(ahead: LookAhead, frames: Iterator[RgbdFrame]) -> list[str | None]:
+def phrases(ahead: Prefetcher, frames: Iterator[RgbdFrame]) -> list[str | None]:
     return [ahead.perceive(each)[0].phrase for each in ahead.over(frames)]
 
 
 @pytest.fixture
-def look(tmp_path) -> Callable[[Steps], LookAhead]:
-    def make(steps: Steps) -> LookAhead:
+def look(tmp_path) -> Callable[[Steps], Prefetcher]:
+    def make(steps: Steps) -> Prefetcher:
         cache = CachedPerception(steps, tmp_path / "cache.jsonl", recording="walk", text_space=None)
-        return LookAhead(steps, cache, lambda _: nullcontext())
+        return Prefetcher(steps, cache, lambda _: nullcontext())
 
     return make
 
@@ -186,7 +186,7 @@ def test_no_thread_stays_behind(look):
 
 
 def test_a_request_that_hangs_does_not_hold_up_the_leaving(look, monkeypatch, tmp_path):
-    monkeypatch.setattr("openbelief.perception.look_ahead.LEAVE_S", 0.2)
+    monkeypatch.setattr("openbelief.perception.prefetcher.LEAVE_S", 0.2)
     hanging = threading.Event()
     with pytest.raises(KeyboardInterrupt), look(Steps(lambda name, i: i == 3 and hanging.wait(WAIT_S))) as ahead:
         for each in ahead.over(map(frame, range(9))):

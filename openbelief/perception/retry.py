@@ -11,15 +11,15 @@ Answer = TypeVar("Answer")
 NAP_S = 1.0  # the longest sleep between two looks at whether we were told to stop
 
 
-class Clock(Protocol):
-    """The part of the Clock port that is needed here."""
+class RetryClock(Protocol):
+    """The part of the RetryClock port that is needed here."""
 
     def now_ns(self) -> int: ...
 
     def sleep(self, seconds: float) -> None: ...
 
 
-class Transient(RuntimeError):
+class TransientFailure(RuntimeError):
     """Worth another try. after_s: how long the other end asked us to wait."""
 
     def __init__(self, message: str, after_s: float = 0.0) -> None:
@@ -27,12 +27,12 @@ class Transient(RuntimeError):
         self.after_s = after_s
 
 
-class Stopped(RuntimeError):
+class RetryStopped(RuntimeError):
     """We were told to stop while we waited."""
 
 
 @dataclass(frozen=True)
-class Patience:
+class RetryPolicy:
     """total_s: from the first failure of a question to the last try."""
 
     total_s: float
@@ -62,18 +62,18 @@ class Outage:
 
 def patiently(
     ask: Callable[[], Answer],
-    patience: Patience,
-    clock: Clock,
+    patience: RetryPolicy,
+    clock: RetryClock,
     *,
     outage: Outage,
     stopped: Callable[[], bool] = lambda: False,
 ) -> Answer:
-    """The answer, however many tries it took. Raises the last Transient when patience ends, and Stopped."""
+    """The answer, however many tries it took. Raises the last TransientFailure when patience ends, and RetryStopped."""
     wait_s, first_ns = patience.first_wait_s, None
     while True:
         try:
             answer = ask()
-        except Transient as trouble:
+        except TransientFailure as trouble:
             now_ns = clock.now_ns()
             first_ns = now_ns if first_ns is None else first_ns
             pause_s = max(wait_s, trouble.after_s)
@@ -87,18 +87,18 @@ def patiently(
             return answer
 
 
-def _sleep(seconds: float, clock: Clock, stopped: Callable[[], bool]) -> None:
+def _sleep(seconds: float, clock: RetryClock, stopped: Callable[[], bool]) -> None:
     while seconds > 0:
         if stopped():
-            raise Stopped("Stopped while waiting.")
+            raise RetryStopped("RetryStopped while waiting.")
         clock.sleep(min(seconds, NAP_S))
         seconds -= NAP_S
 
 
-class Pace:
+class RateLimiter:
     """At most so many starts a minute, evenly spaced; None = no limit. Shared by threads."""
 
-    def __init__(self, per_minute: float | None, clock: Clock) -> None:
+    def __init__(self, per_minute: float | None, clock: RetryClock) -> None:
         self._interval_ns = 0 if per_minute is None else int(60e9 / per_minute)
         self._clock, self._lock, self._next_ns = clock, Lock(), 0
 

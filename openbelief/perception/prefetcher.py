@@ -16,7 +16,7 @@ from typing import Any
 
 from openbelief.observation import Mask, RgbdFrame
 from openbelief.perception.cache import CachedPerception
-from openbelief.perception.patience import Stopped
+from openbelief.perception.retry import RetryStopped
 from openbelief.perception.stages import Stage, StagedPerception
 
 LEAVE_S = 5.0  # for frames that have their phrases already; a request to a server may hang for a minute
@@ -32,7 +32,7 @@ class _Job:
     done: Event = field(default_factory=Event)
 
 
-class LookAhead:
+class Prefetcher:
     """Perception port for the frames that `over` yields, in the middle of a `with`.
 
     Left by an exception, frames that already have their phrases are still brought into the cache; others are dropped.
@@ -73,13 +73,13 @@ class LookAhead:
         """Wait for the frame that `over` yielded last. Raises what its stages raised."""
         job = self._current
         if job is None or job.frame is not frame:
-            raise ValueError("LookAhead perceives the frame that it yielded last.")
+            raise ValueError("Prefetcher perceives the frame that it yielded last.")
         job.done.wait()
         if job.error is not None:
             raise job.error
         return list(job.value)
 
-    def __enter__(self) -> LookAhead:
+    def __enter__(self) -> Prefetcher:
         for worker in (worker for workers in self._workers for worker in workers):
             worker.start()
         return self
@@ -138,7 +138,7 @@ class LookAhead:
         stage = self._stages[number]
         try:
             if number == 0 and self._leaving.is_set():
-                raise Stopped("The mapping ended before this frame was looked at.")
+                raise RetryStopped("The mapping ended before this frame was looked at.")
             with self._timed(stage.name):
                 job.value = stage.run(job.frame, job.value)
         except BaseException as error:  # noqa: BLE001 - raised where the frame is used
