@@ -61,7 +61,7 @@ $(EXPORT): requirements/export.txt
 # Maintainers: re-resolve the pins (hashes, no addresses).
 pins: $(READY)
 	$(PY) -m pip install --quiet uv
-	for name in runtime dev; do $(PY) -m uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --no-annotate requirements/$$name.in -o requirements/$$name.txt; done
+	for name in runtime voice agent dds dev; do $(PY) -m uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --no-annotate requirements/$$name.in -o requirements/$$name.txt; done
 	for name in export ros-peer; do $(PY) -m uv pip compile --quiet --python-version 3.11 --generate-hashes --no-header --no-annotate requirements/$$name.in -o requirements/$$name.txt; done
 
 clean:
