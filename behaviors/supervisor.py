@@ -14,8 +14,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Literal
 
-from behaviors.zones import Polygon, inside
 from drivers.ports import Reaction, SafetyVerdict
+from openbelief.polygon import Polygon, inside
 from openbelief.pose import Pose2, wrap_angle
 
 SPEED_MAX, TURN_MAX = 1.5, 2.0  # m/s and rad/s: no G1 under Nav2 is faster
@@ -249,9 +249,9 @@ def _outside(pose: Pose2 | None, limits: SafetyPolicy, who: str) -> str | None:
         return None
     at = f"({pose.x:.1f}, {pose.y:.1f})"
     for number, polygon in enumerate(limits.keep_out, start=1):
-        if inside(pose.xy, polygon):
+        if inside(pose.xy, polygon)[0]:
             return f"{who} {at} is in keep-out area {number}."
-    if limits.allowed and not inside(pose.xy, limits.allowed):
+    if limits.allowed and not inside(pose.xy, limits.allowed)[0]:
         return f"{who} {at} is outside the allowed region."
     return None
 

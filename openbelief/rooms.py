@@ -10,6 +10,7 @@ import numpy as np
 
 from openbelief.arrays import Array, read_only
 from openbelief.phrase import printable
+from openbelief.polygon import inside
 
 NAME_MAX = 60
 
@@ -34,11 +35,7 @@ class Room:
 
     def contains(self, xy: Array) -> bool:
         """Even-odd rule; a point on the border may count either way."""
-        x, y = float(xy[0]), float(xy[1])
-        corners, ends = self.polygon_xy, np.roll(self.polygon_xy, -1, axis=0)
-        crosses = (corners[:, 1] > y) != (ends[:, 1] > y)
-        (x0, y0), (x1, y1) = corners[crosses].T, ends[crosses].T
-        return bool(np.count_nonzero(x < x0 + (y - y0) / (y1 - y0) * (x1 - x0)) % 2)
+        return bool(inside(xy, self.polygon_xy)[0])
 
     def as_json(self) -> dict[str, Any]:
         return {"name": self.name, "polygon": self.polygon_xy.tolist()}

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from openbelief.arrays import Array
+from openbelief.polygon import inside
 from sim_fakes.world.furniture import PALETTE
 from sim_fakes.world.mesh import MATERIALS, Mesh
-from sim_fakes.world.walls import inside
 from sim_fakes.world.world import World
 
 TEXEL_M = 0.01
@@ -124,7 +124,7 @@ def floor_texture(world: World) -> tuple[Array, Array]:
     image = np.full((rows, columns, 3), PALETTE["grey"], np.float32)
     centres = np.column_stack((x.ravel(), y.ravel()))
     for room in world.rooms:
-        here = inside(np.array(room.polygon), centres).reshape(rows, columns)
+        here = inside(centres, room.polygon).reshape(rows, columns)
         brightness = FLOOR_PATTERNS[room.floor](x[here], y[here])
         image[here] = np.array(PALETTE[FLOORS[room.floor]]) * brightness[:, None]
     return low, image

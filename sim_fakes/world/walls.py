@@ -15,16 +15,6 @@ DOOR_HEIGHT_M = 2.05
 SKIRTING_M = 0.09
 
 
-def inside(polygon: Array, points: Array) -> Array:
-    """(n,) bool: which (n, 2) points lie in the (k, 2) polygon (even-odd rule)."""
-    a, b = polygon, np.roll(polygon, -1, axis=0)
-    x, y = points[:, :1], points[:, 1:]
-    spans = (a[:, 1] > y) != (b[:, 1] > y)
-    rise = np.where(b[:, 1] == a[:, 1], 1.0, b[:, 1] - a[:, 1])
-    crossing = a[:, 0] + (y - a[:, 1]) * (b[:, 0] - a[:, 0]) / rise
-    return (spans & (x < crossing)).sum(axis=1) % 2 == 1
-
-
 def floor_mesh(rooms: list[SceneRoom]) -> Mesh:
     """Two triangles under the whole flat; the rooms' textures are painted on it by position."""
     corners = np.concatenate([np.array(room.polygon) for room in rooms])

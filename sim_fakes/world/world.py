@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 
 from openbelief.arrays import Array
+from openbelief.polygon import inside
 from openbelief.pose import Pose2
 from openbelief.traversability import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from sim_fakes.world.furniture import PALETTE, furniture
 from sim_fakes.world.mesh import Mesh, read_obj
 from sim_fakes.world.scene import SCENES, Scene, SceneError, SceneObject, SceneRoom, read_scene
-from sim_fakes.world.walls import floor_mesh, inside, wall_meshes
+from sim_fakes.world.walls import floor_mesh, wall_meshes
 
 GRID_M = 0.05
 GRID_MARGIN_M = 0.3
@@ -83,7 +84,7 @@ class World:
 
     def room_at(self, xy: Array) -> str:
         """The name of the room around a point, "" where there is none."""
-        return next((r.name for r in self.rooms if inside(np.array(r.polygon), np.asarray(xy)[None])[0]), "")
+        return next((r.name for r in self.rooms if inside(xy, r.polygon)[0]), "")
 
     def occupancy_grid(self) -> OccupancyGrid:
         """0.05 m cells: 100 where a wall or anything 0.1-1.5 m high stands, 0 on other floor, -1 outside."""
@@ -98,7 +99,7 @@ class World:
             origin[0] + (np.arange(columns) + 0.5) * GRID_M, origin[1] + (np.arange(rows) + 0.5) * GRID_M
         )
         centres = np.column_stack((x.ravel(), y.ravel()))
-        floor = np.any([inside(np.array(room.polygon), centres) for room in self.rooms], axis=0).reshape(rows, columns)
+        floor = np.any([inside(centres, room.polygon) for room in self.rooms], axis=0).reshape(rows, columns)
         cells = np.where(floor, FREE, UNKNOWN).astype(np.int8)
         for mesh in (*self.walls, *(o.mesh for o in self.objects)):
             cells[_footprint(mesh, origin, cells.shape)] = OCCUPIED
