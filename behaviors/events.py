@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any
 
 from drivers.ports import NavigationStatus
 
@@ -107,3 +108,14 @@ class Outcome:
     object_id: int | None  # the confirmed object
     rejected: tuple[int, ...]  # R_q, in the order of rejection
     set_aside: tuple[int, ...]  # U: unreached, or no pose can see it
+
+    def as_json(self) -> dict[str, Any]:
+        """The one form in which ask, run, demo and replay give a mission's outcome to programs."""
+        return {
+            "outcome": str(self.end),
+            "reason": self.reason,
+            "visits": self.visits,
+            "object_id": self.object_id,
+            "rejected": list(self.rejected),
+            "set_aside": list(self.set_aside),
+        }

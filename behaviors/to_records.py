@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from behaviors.events import Outcome
+from behaviors.events import End, Outcome
 from behaviors.reobserve import Look
 from drivers.ports import PathPlan
 from logs.trial import records
@@ -106,3 +106,8 @@ def ended_record(outcome: Outcome) -> records.Ended:
         rejected=outcome.rejected,
         set_aside=outcome.set_aside,
     )
+
+
+def outcome_of(ended: records.Ended) -> Outcome:
+    """The outcome that a trial recorded: the inverse of `ended_record`."""
+    return Outcome(End(ended.end), ended.reason, ended.visits, ended.object_id, ended.rejected, ended.set_aside)

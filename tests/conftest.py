@@ -18,6 +18,7 @@ from drivers.ros.convert import camera_info_message, depth_message, jpeg_message
 from drivers.ros.messages import Message, codec, encode
 from openbelief.observation import Intrinsics, encode_rle
 from openbelief.pose import T_CAMERA_LINK_OPTICAL, transform
+from support.waiting import until
 
 MS = 1_000_000
 START_NS = 1_000_000_000
@@ -186,3 +187,9 @@ def start_vlm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[...
     yield start
     for server in servers:
         server.kill()
+
+
+@pytest.fixture
+def eventually() -> Callable[..., None]:
+    """Wait, in wall time, for what real threads and processes bring about."""
+    return until

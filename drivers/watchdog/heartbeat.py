@@ -67,7 +67,7 @@ class Heartbeat:
             self._thread = None
 
     def resume(self) -> None:
-        """HeartbeatMessage, whether or not it was abandoned before; that undoes no latch."""
+        """Beat, whether or not it was abandoned before; that undoes no latch."""
         if self._thread is None or not self._thread.is_alive():
             self._stop.clear()
             self._thread = threading.Thread(target=self._run, name="heartbeat", daemon=True)

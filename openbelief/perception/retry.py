@@ -12,7 +12,7 @@ NAP_S = 1.0  # the longest sleep between two looks at whether we were told to st
 
 
 class RetryClock(Protocol):
-    """The part of the RetryClock port that is needed here."""
+    """The part of the Clock port that is needed here."""
 
     def now_ns(self) -> int: ...
 
@@ -90,7 +90,7 @@ def patiently(
 def _sleep(seconds: float, clock: RetryClock, stopped: Callable[[], bool]) -> None:
     while seconds > 0:
         if stopped():
-            raise RetryStopped("RetryStopped while waiting.")
+            raise RetryStopped("Stopped while waiting.")
         clock.sleep(min(seconds, NAP_S))
         seconds -= NAP_S
 

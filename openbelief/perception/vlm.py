@@ -147,12 +147,12 @@ class VlmProposer:
         import openai
 
         if self._stop.is_set():
-            raise RetryStopped("RetryStopped before a request was sent.")
+            raise RetryStopped("Stopped before a request was sent.")
         try:
             return ask()
         except (openai.OpenAIError, ValueError) as error:
             if self._stop.is_set():
-                raise RetryStopped("RetryStopped while a request was under way.") from error
+                raise RetryStopped("Stopped while a request was under way.") from error
             config = self.config
             raise translated(error, config.endpoint, config.model, config.timeout_s) from error
 

@@ -35,10 +35,7 @@ class Demo:
 
     def as_json(self) -> dict[str, Any]:
         return {
-            "outcome": str(self.outcome.end),
-            "reason": self.outcome.reason,
-            "visits": self.outcome.visits,
-            "object_id": self.outcome.object_id,
+            **self.outcome.as_json(),
             "replay": "identical" if self.replayed.difference is None else str(self.replayed.difference),
             "paths": {name: str(path) for name, path in self.paths.items()},
         }

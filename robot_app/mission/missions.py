@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from behaviors.events import USE_THE_REMOTE, Outcome
 from drivers.clock import SystemClock
@@ -26,6 +27,9 @@ class RecordedMission:
     outcome: Outcome
     trial: Path
     failure: str | None
+
+    def as_json(self) -> dict[str, Any]:
+        return {**self.outcome.as_json(), "trial": str(self.trial), "trial_failure": self.failure}
 
 
 class Missions:

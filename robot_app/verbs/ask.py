@@ -46,18 +46,7 @@ def run(options: argparse.Namespace) -> int:
         raise Failure(str(error)) from error
     outcome = recorded.outcome
     if options.json:
-        print_json(
-            {
-                "outcome": str(outcome.end),
-                "reason": outcome.reason,
-                "visits": outcome.visits,
-                "object_id": outcome.object_id,
-                "rejected": list(outcome.rejected),
-                "set_aside": list(outcome.set_aside),
-                "trial": str(recorded.trial),
-                "trial_failure": recorded.failure,
-            }
-        )
+        print_json(recorded.as_json())
     else:
         if not (sys.stdout.isatty() and sys.stderr.isatty()):  # a person at a terminal has just been told
             print(neutralise(f"{outcome.end}: {outcome.reason}"))

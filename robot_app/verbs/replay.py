@@ -77,12 +77,14 @@ def _outcome(replayed: Replayed) -> str:
 
 
 def _as_json(path: Path, replayed: Replayed) -> dict[str, Any]:
+    from behaviors.to_records import outcome_of
+
     difference, ended = replayed.difference, replayed.trial.outcome
     report = {
         "trial": str(path),
         "replay": "identical" if difference is None else "different",
         "decisions": len(replayed.decisions),
-        "outcome": ended.end if ended else None,
+        **(outcome_of(ended).as_json() if ended else {"outcome": None}),
         "difference": None if difference is None else _difference(difference),
     }
     if replayed.again is None:

@@ -57,9 +57,6 @@ def _missions(missions: Missions, operator: TerminalOperator, *, as_json: bool) 
             print(f"openbelief run: {error}", file=sys.stderr)
             continue
         told_to_end = any(number != signal.SIGINT for number in heard)
-        outcome = recorded.outcome
         operator.tell(f"trial: {recorded.failure or recorded.trial}")
         if as_json:
-            print_json(
-                {"query": sentence, "outcome": str(outcome.end), "visits": outcome.visits, "trial": str(recorded.trial)}
-            )
+            print_json({"query": sentence} | recorded.as_json())

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import socket
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
@@ -134,19 +133,6 @@ def rig(make_rig: Callable[..., Rig]) -> Rig:
     made = make_rig()
     made.start()
     return made
-
-
-@pytest.fixture
-def eventually() -> Callable[..., None]:
-    """Wait, in wall time, for what real threads bring about."""
-
-    def wait(condition: Callable[[], bool], within_s: float = 5.0) -> None:
-        deadline = time.monotonic() + within_s
-        while not condition():
-            assert time.monotonic() < deadline, f"not within {within_s} s"
-            threading.Event().wait(0.01)
-
-    return wait
 
 
 class SilentWire:

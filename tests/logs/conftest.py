@@ -13,29 +13,16 @@ from pydantic import BaseModel
 
 from drivers.ros.messages import encode, make
 from logs.record.recorder import McapRecorder
+from support.clocks import HandClock
 
 
 class Note(BaseModel):
     text: str
 
 
-class StillClock:
-    """Counts a millisecond at every look."""
-
-    def __init__(self) -> None:
-        self.time_ns = 1_700_000_000_000_000_000
-
-    def now_ns(self) -> int:
-        self.time_ns += 1_000_000
-        return self.time_ns
-
-    def sleep(self, seconds: float) -> None:
-        self.time_ns += int(seconds * 1e9)
-
-
 def record_small(path: Path, *, messages: int = 4, attachment: bytes = b"speed = 1\n") -> None:
     noise = random.Random(7)
-    with McapRecorder(path, StillClock()) as recorder:
+    with McapRecorder(path, HandClock(1_700_000_000_000_000_000, step_ns=1_000_000)) as recorder:
         recorder.metadata("run", {"commit": "abc"})
         for k in range(messages):
             text = make("std_msgs/msg/String", data=f"word {k} {noise.random()}")

@@ -9,16 +9,9 @@ import pytest
 import structlog
 
 from logs.structured import configure, logger, neutralise, trial_context
+from support.clocks import HandClock
 
 FORGERY = 'lamp\x1b[2J\r\n{"event": "goal_reached"}\u202e\x9b\u2028'
-
-
-class FixedClock:
-    def now_ns(self) -> int:
-        return 1_700_000_000_250_000_000
-
-    def sleep(self, seconds: float) -> None:
-        raise AssertionError("a log does not sleep")
 
 
 @pytest.fixture(autouse=True)
@@ -29,7 +22,7 @@ def _unconfigured() -> object:
 
 def logged(*, json_lines: bool) -> tuple[io.StringIO, object]:
     stream = io.StringIO()
-    configure(FixedClock(), stream, json_lines=json_lines)
+    configure(HandClock(1_700_000_000_250_000_000), stream, json_lines=json_lines)
     return stream, logger()
 
 

@@ -2,34 +2,19 @@
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 
 from openbelief import Observation
 from openbelief.observation import Provenance
-
-
-class TinyEncoder:
-    """Words to unit rows of 16 numbers: a phrase is the mean of its words, a word is its hash's direction."""
-
-    id = "tiny==1"
-    dim = 16
-
-    def encode(self, texts: Sequence[str]) -> np.ndarray:
-        rows = np.array([np.sum([self._word(w) for w in text.split()], axis=0) for text in texts])
-        return (rows / np.linalg.norm(rows, axis=1, keepdims=True)).astype(np.float32)
-
-    def _word(self, word: str) -> np.ndarray:
-        seed = int.from_bytes(hashlib.sha256(word.encode()).digest()[:4])
-        return np.random.default_rng(seed).normal(size=self.dim)
+from support.encoders import WordEncoder
 
 
 @pytest.fixture
-def tiny_encoder() -> TinyEncoder:
-    return TinyEncoder()
+def tiny_encoder() -> WordEncoder:
+    return WordEncoder(name="tiny")
 
 
 @pytest.fixture

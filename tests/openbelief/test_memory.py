@@ -33,7 +33,7 @@ def test_the_memory_does_not_depend_on_the_order_of_mapping(flat, tiny_encoder, 
 
 
 def test_the_hash_follows_evidence_partition_encoder_and_parameters(flat, tiny_encoder, memory):
-    def hash_of(views=flat, parameters=None, name="tiny==1", aligned=True):
+    def hash_of(views=flat, parameters=None, name="tiny==16", aligned=True):
         encoder = type("Renamed", (), {"id": name, "dim": 16, "encode": tiny_encoder.encode})()
         built = ObjectMemory.build(views, encoder, parameters or Parameters(), feature_text_aligned=aligned)
         return built.content_hash
@@ -45,7 +45,7 @@ def test_the_hash_follows_evidence_partition_encoder_and_parameters(flat, tiny_e
         hash_of(views=renamed),
         hash_of(views=flat[1:]),
         hash_of(parameters=Parameters(alpha=0.6)),
-        hash_of(name="tiny==2"),
+        hash_of(name="tiny==17"),
         hash_of(aligned=False),
     ]
     assert hash_of() == memory.content_hash

@@ -29,7 +29,7 @@ def path(memory, tmp_path):
 @pytest.fixture
 def create(tmp_path):
     def make(name="walk.belief", **changes):
-        about = {"text_encoder_id": "tiny==1", "text_dim": 16, "parameters": Parameters()}
+        about = {"text_encoder_id": "tiny==16", "text_dim": 16, "parameters": Parameters()}
         more = {"feature_text_aligned": True, "about": {"walk": 1}}
         return BeliefStore.create(tmp_path / name, **(about | more | changes))
 
@@ -90,13 +90,13 @@ def test_reading_leaves_the_file_untouched_even_where_nothing_can_be_written(pat
 def test_without_an_encoder_vectors_can_be_asked_and_sentences_are_refused(memory, path):
     opened = ObjectMemory.open(path)
     assert opened.rank(np.eye(16)[0]) == memory.rank(np.eye(16)[0])
-    with pytest.raises(ValueError, match="tiny==1"):
+    with pytest.raises(ValueError, match="tiny==16"):
         opened.rank("lamp")
 
 
-@pytest.mark.parametrize(("name", "dim"), [("tiny==2", 16), ("tiny==1", 8)])
+@pytest.mark.parametrize(("name", "dim"), [("tiny==17", 16), ("tiny==16", 8)])
 def test_another_encoder_is_refused(path, tiny_encoder, name, dim):
-    with pytest.raises(ValueError, match="tiny==1"):
+    with pytest.raises(ValueError, match="tiny==16"):
         ObjectMemory.open(path, type("Other", (), {"id": name, "dim": dim, "encode": tiny_encoder.encode})())
 
 
@@ -281,7 +281,7 @@ def test_kill_9_while_mapping_loses_no_finished_frame(tmp_path):
         from openbelief import Observation, Parameters
         from openbelief.observation import Provenance
         from openbelief.store import BeliefStore
-        store = BeliefStore.create(sys.argv[1], text_encoder_id="tiny==1", text_dim=16, parameters=Parameters(),
+        store = BeliefStore.create(sys.argv[1], text_encoder_id="tiny==16", text_dim=16, parameters=Parameters(),
                                    feature_text_aligned=True, about={})
         points = np.random.default_rng(0).uniform(size=(5000, 3))
         for frame in range(100_000):

@@ -7,7 +7,7 @@ import queue
 import signal
 import subprocess
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -122,18 +122,3 @@ def site(ros_python: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator
 def link(site: Site) -> Iterator[ZenohLink]:
     with site.link() as opened:
         yield opened
-
-
-@pytest.fixture
-def eventually() -> Callable[..., None]:
-    """Wait for what other processes bring about."""
-
-    def wait(condition: Callable[[], bool], within_s: float = 20.0) -> None:
-        pause = threading.Event()
-        for _ in range(round(within_s / 0.05)):
-            if condition():
-                return
-            pause.wait(0.05)
-        pytest.fail(f"not within {within_s} s")
-
-    return wait

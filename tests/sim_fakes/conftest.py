@@ -6,11 +6,10 @@ import json
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
-from openbelief.arrays import normalize
 from sim_fakes.world.world import World
+from support.encoders import WordEncoder
 
 
 @pytest.fixture
@@ -46,16 +45,6 @@ def small_world(small_scene: dict[str, Any], tmp_path: Path) -> World:
     return World.load(path)
 
 
-class HashEncoder:
-    """A text encoder without a model: unrelated words get unrelated directions."""
-
-    id, dim = "hash-encoder", 64
-
-    def encode(self, texts: list[str]) -> np.ndarray:
-        rows = [np.random.default_rng(list(text.encode())).standard_normal(self.dim) for text in texts]
-        return normalize(np.array(rows)).astype(np.float32)
-
-
 @pytest.fixture
-def encoder() -> HashEncoder:
-    return HashEncoder()
+def encoder() -> WordEncoder:
+    return WordEncoder(64)

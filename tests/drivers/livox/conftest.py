@@ -10,24 +10,14 @@ from drivers.livox.control_wire import Found
 from drivers.livox.intake import DatagramDecoder
 from sim_fakes.sensors.livox_scan import open_room
 from sim_fakes.sensors.livox_stream import LivoxStream, Outgoing
+from support.clocks import HandClock
 
 ZERO = 1_700_000_000_000_000_000
 
 
-class HandClock:
-    def __init__(self) -> None:
-        self.ns = ZERO
-
-    def now_ns(self) -> int:
-        return self.ns
-
-    def sleep(self, seconds: float) -> None:
-        self.ns += round(seconds * 1e9)
-
-
 @pytest.fixture
 def clock() -> HandClock:
-    return HandClock()
+    return HandClock(ZERO)
 
 
 @pytest.fixture

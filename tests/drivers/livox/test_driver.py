@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import socket
 import threading
-import time
-from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -18,6 +16,7 @@ from drivers.livox.takeover import LivoxControl
 from drivers.ports import Lidar, LinkLost, PortError, StaleData
 from sim_fakes.sensors.livox_emulator import EmulatorSettings, LivoxEmulator
 from sim_fakes.sensors.livox_faults import LivoxFaults
+from support.waiting import until
 
 DEADLINE_S = 5.0
 STEP_NS = 20_000_000
@@ -28,14 +27,6 @@ SILENT_PORT = 9  # discard: nobody listens there
 
 def settings(**options) -> LivoxSettings:
     return LivoxSettings(lidar_ip="127.0.0.2", host_ip="127.0.0.1", **{**HOST_PORTS, **options})
-
-
-def until(true: Callable[[], bool]) -> None:
-    """The kernel hands loopback datagrams over in its own time."""
-    end_s = time.monotonic() + DEADLINE_S
-    while not true():
-        assert time.monotonic() < end_s, "The datagrams did not arrive."
-        time.sleep(0.002)
 
 
 class Bench:

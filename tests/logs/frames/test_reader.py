@@ -8,7 +8,7 @@ import pytest
 
 from drivers.ros.convert import color_message, transforms_message
 from drivers.ros.messages import header, make
-from logs.frames.reader import FrameReader, RecordingError, Topics, recording_id
+from logs.frames.reader import FrameReader, RecordingError, RecordingTopics, recording_id
 from logs.mcap_io.reader import LogError
 from openbelief.pose import transform
 
@@ -167,9 +167,9 @@ def test_several_colour_topics_must_be_named(make_walk, tmp_path):
     walk.messages += [("/rear/color/image_raw/compressed", at, m) for t, at, m in walk.messages if t == COLOR]
     with pytest.raises(RecordingError, match=r"several colour topics .*--color-topic"):
         read(walk, tmp_path)
-    assert len(read(walk, tmp_path, topics=Topics(color=COLOR))[0]) == 2
+    assert len(read(walk, tmp_path, topics=RecordingTopics(color=COLOR))[0]) == 2
     with pytest.raises(RecordingError, match=r"no colour topic '/nothing'; it has: /camera"):
-        read(walk, tmp_path, topics=Topics(color="/nothing"))
+        read(walk, tmp_path, topics=RecordingTopics(color="/nothing"))
 
 
 @pytest.mark.parametrize(("missing", "what"), [(COLOR, "colour"), (DEPTH, "depth"), (INFO, "camera info")])

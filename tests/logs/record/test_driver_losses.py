@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -28,6 +27,7 @@ from openbelief.observation import Intrinsics
 from sim_fakes.sensors.livox_emulator import EmulatorSettings, LivoxEmulator
 from sim_fakes.sensors.livox_faults import LivoxFaults
 from sim_fakes.sensors.realsense_software import Fault, TwinSpec, TwinState, box_images, open_twin
+from support.waiting import until
 
 CAMERA = Intrinsics(fx=60.0, fy=60.0, cx=32.0, cy=24.0, width=64, height=48)
 FREE_PORTS = ("points_port", "imu_port", "push_port", "command_port")
@@ -63,14 +63,6 @@ class Mid360:
     def _received(self) -> bool:
         health, sent = self.lidar.health(), self.emulator.stream.sent
         return health.packets + health.imu_packets == sent["points"] + sent["imu"] - self.emulator.faults.counts["drop"]
-
-
-def until(true: Callable[[], bool]) -> None:
-    """Processes and the kernel's loopback take their own time."""
-    end_s = time.monotonic() + 60
-    while not true():
-        assert time.monotonic() < end_s, "it did not come"
-        time.sleep(0.002)
 
 
 @pytest.fixture

@@ -11,22 +11,9 @@ from drivers.ros.messages import encode, make
 from logs.mcap_io.reader import LogReader
 from logs.record.queued import Cdr, QueuedRecorder
 from logs.record.recorder import McapRecorder
+from support.clocks import HandClock
 
 STRING = "std_msgs/msg/String"
-
-
-class StepClock:
-    """One second later at every look."""
-
-    def __init__(self) -> None:
-        self.time_ns = 0
-
-    def now_ns(self) -> int:
-        self.time_ns += 10**9
-        return self.time_ns
-
-    def sleep(self, seconds: float) -> None:
-        raise AssertionError("nobody sleeps here")
 
 
 def word(text: str) -> Cdr:
@@ -34,7 +21,7 @@ def word(text: str) -> Cdr:
 
 
 def test_what_does_not_fit_is_dropped_and_counted_and_the_rest_is_written_in_order(tmp_path: Path) -> None:
-    held, begun, clock = threading.Event(), threading.Event(), StepClock()
+    held, begun, clock = threading.Event(), threading.Event(), HandClock(step_ns=10**9)
 
     def held_back() -> Cdr:
         begun.set()
@@ -57,7 +44,7 @@ def test_what_does_not_fit_is_dropped_and_counted_and_the_rest_is_written_in_ord
 
 
 def test_a_message_bears_the_time_at_which_it_was_taken(tmp_path: Path) -> None:
-    held, clock, taken_ns = threading.Event(), StepClock(), []
+    held, clock, taken_ns = threading.Event(), HandClock(step_ns=10**9), []
 
     def make_word() -> Cdr:
         held.wait(60)
@@ -65,7 +52,7 @@ def test_a_message_bears_the_time_at_which_it_was_taken(tmp_path: Path) -> None:
 
     with McapRecorder(tmp_path / "a.mcap", clock) as recorder, QueuedRecorder(recorder, clock) as queue:
         for _ in range(3):
-            taken_ns.append(clock.time_ns + 10**9)
+            taken_ns.append(clock.ns + 10**9)
             queue.offer("/words", 1, make_word)
         held.set()
     assert [m.log_time_ns for m in LogReader(tmp_path / "a.mcap")] == taken_ns
@@ -75,7 +62,7 @@ def test_what_cannot_be_converted_is_dropped_with_its_reason_and_the_recording_g
     def refuse() -> Cdr:
         raise ValueError("no image")
 
-    clock = StepClock()
+    clock = HandClock(step_ns=10**9)
     with McapRecorder(tmp_path / "a.mcap", clock) as recorder, QueuedRecorder(recorder, clock) as queue:
         queue.offer("/words", 1, refuse)
         queue.offer("/words", 1, lambda: word("on"))
@@ -84,7 +71,7 @@ def test_what_cannot_be_converted_is_dropped_with_its_reason_and_the_recording_g
 
 
 def test_a_fault_of_this_program_is_raised_and_not_swallowed(tmp_path: Path) -> None:
-    clock = StepClock()
+    clock = HandClock(step_ns=10**9)
     with McapRecorder(tmp_path / "a.mcap", clock) as recorder:
         queue = QueuedRecorder(recorder, clock)
         with pytest.raises(RuntimeError, match="modulo by zero"), queue:
@@ -93,7 +80,7 @@ def test_a_fault_of_this_program_is_raised_and_not_swallowed(tmp_path: Path) -> 
 
 
 def test_what_the_disk_refuses_is_counted_as_dropped(tmp_path: Path) -> None:
-    clock = StepClock()
+    clock = HandClock(step_ns=10**9)
     with McapRecorder(tmp_path / "a.mcap", clock) as recorder, QueuedRecorder(recorder, clock) as queue:
         queue.offer("/words", 1, lambda: word("kept"))
         queue.drain()

@@ -21,8 +21,10 @@ from logs.mcap_io.recover import recover
 from logs.record.disk import DiskBudget
 from logs.record.event_log import read_events
 from logs.record.recorder import LATCHED, McapRecorder, Rotation
+from support.clocks import HandClock
 
 STRING = "std_msgs/msg/String"
+NOW_NS = 1_000_000_000_000
 TF = "tf2_msgs/msg/TFMessage"
 
 
@@ -30,19 +32,6 @@ class Verdict(BaseModel):
     object_id: int
     reason: str
     score: float | None = None
-
-
-class HandClock:
-    """A clock that the test moves."""
-
-    def __init__(self, now_ns: int = 1_000_000_000_000) -> None:
-        self.time_ns = now_ns
-
-    def now_ns(self) -> int:
-        return self.time_ns
-
-    def sleep(self, seconds: float) -> None:
-        self.time_ns += int(seconds * 1e9)
 
 
 def word(text: str) -> bytes:
@@ -54,7 +43,7 @@ def said(path: Path) -> list[str]:
 
 
 def test_what_was_written_is_read_back_with_its_stamps(tmp_path: Path) -> None:
-    clock = HandClock()
+    clock = HandClock(NOW_NS)
     with McapRecorder(tmp_path / "a.mcap", clock) as recorder:
         recorder.metadata("run", {"commit": "abc", "operator": "Zoë"})
         recorder.write_cdr("/words", STRING, 5, word("one"))
@@ -75,7 +64,7 @@ def test_what_was_written_is_read_back_with_its_stamps(tmp_path: Path) -> None:
 
 
 def test_json_records_carry_the_schema_that_describes_them(tmp_path: Path) -> None:
-    with McapRecorder(tmp_path / "a.mcap", HandClock()) as recorder:
+    with McapRecorder(tmp_path / "a.mcap", HandClock(NOW_NS)) as recorder:
         recorder.write_json("/openbelief/verdict", Verdict(object_id=7, reason="far"), 6)
     with (tmp_path / "a.mcap").open("rb") as file:
         [(schema, channel, message)] = make_reader(file, validate_crcs=True).iter_messages()
@@ -86,7 +75,7 @@ def test_json_records_carry_the_schema_that_describes_them(tmp_path: Path) -> No
 def test_rosbags_opens_the_file_and_decodes_nested_types(tmp_path: Path) -> None:
     image = make("sensor_msgs/msg/CameraInfo", header=header(17, "camera"), width=640, height=480)
     transform = make("geometry_msgs/msg/TransformStamped", header=header(18, "map"), child_frame_id="base_link")
-    with McapRecorder(tmp_path / "a.mcap", HandClock()) as recorder:
+    with McapRecorder(tmp_path / "a.mcap", HandClock(NOW_NS)) as recorder:
         recorder.write_cdr("/camera_info", "sensor_msgs/msg/CameraInfo", 17, encode(image))
         recorder.write_cdr("/tf_static", TF, 18, encode(make(TF, transforms=[transform])))
     with AnyReader([tmp_path / "a.mcap"]) as bag:
@@ -98,7 +87,7 @@ def test_rosbags_opens_the_file_and_decodes_nested_types(tmp_path: Path) -> None
 
 
 def test_log_times_never_run_backwards_when_the_clock_does(tmp_path: Path) -> None:
-    clock = HandClock()
+    clock = HandClock(NOW_NS)
     with McapRecorder(tmp_path / "a.mcap", clock) as recorder:
         for step_s in (1.0, -3600.0, 1.0):
             clock.sleep(step_s)
@@ -108,7 +97,7 @@ def test_log_times_never_run_backwards_when_the_clock_does(tmp_path: Path) -> No
 
 
 def test_an_unknown_type_is_refused_and_the_recording_goes_on(tmp_path: Path) -> None:
-    with McapRecorder(tmp_path / "a.mcap", HandClock()) as recorder:
+    with McapRecorder(tmp_path / "a.mcap", HandClock(NOW_NS)) as recorder:
         with pytest.raises(WireError, match="No definition of no_such/msg/Type"):
             recorder.write_cdr("/x", "no_such/msg/Type", 1, b"")
         recorder.write_cdr("/words", STRING, 5, word("on"))
@@ -117,7 +106,7 @@ def test_an_unknown_type_is_refused_and_the_recording_goes_on(tmp_path: Path) ->
 
 def test_a_message_too_big_for_any_reader_is_refused_by_name(tmp_path: Path) -> None:
     with (
-        McapRecorder(tmp_path / "a.mcap", HandClock()) as recorder,
+        McapRecorder(tmp_path / "a.mcap", HandClock(NOW_NS)) as recorder,
         pytest.raises(ValueError, match="message on /words has 33554433 bytes"),
     ):
         recorder.write_cdr("/words", STRING, 5, bytes((32 << 20) + 1))
@@ -127,7 +116,8 @@ def test_a_recording_is_never_overwritten(tmp_path: Path) -> None:
     for name in ("a.mcap", "b.mcap.partial"):
         (tmp_path / name).write_bytes(b"evidence")
     for name in ("a.mcap", "b.mcap"):
-        with pytest.raises(FileExistsError, match="never overwritten"), McapRecorder(tmp_path / name, HandClock()):
+        recorder = McapRecorder(tmp_path / name, HandClock(NOW_NS))
+        with pytest.raises(FileExistsError, match="never overwritten"), recorder:
             pass
     assert {p.name: p.read_bytes() for p in tmp_path.iterdir()} == {
         "a.mcap": b"evidence",
@@ -149,14 +139,14 @@ def test_what_an_old_recording_left_in_the_way_is_refused_by_name_before_anythin
     (tmp_path / left).write_bytes(b"evidence")
     with (
         pytest.raises(FileExistsError, match=sentence),
-        McapRecorder(tmp_path / "walk.mcap", HandClock(), rotation=Rotation()),
+        McapRecorder(tmp_path / "walk.mcap", HandClock(NOW_NS), rotation=Rotation()),
     ):
         pass
     assert {p.name: p.read_bytes() for p in tmp_path.iterdir()} == {left: b"evidence"}
 
 
 def test_a_file_that_appears_meanwhile_is_passed_over_and_neither_lost_nor_the_end(tmp_path: Path) -> None:
-    clock = HandClock()
+    clock = HandClock(NOW_NS)
     with McapRecorder(tmp_path / "walk.mcap", clock, rotation=Rotation(every_s=10.0)) as recorder:
         for k in range(4):
             recorder.write_cdr("/words", STRING, k, word(str(k)))
@@ -170,20 +160,20 @@ def test_a_file_that_appears_meanwhile_is_passed_over_and_neither_lost_nor_the_e
 def test_a_missing_folder_is_told_with_the_remedy(tmp_path: Path) -> None:
     with (
         pytest.raises(FileNotFoundError, match="nowhere is no folder: make it"),
-        McapRecorder(tmp_path / "nowhere" / "a.mcap", HandClock()),
+        McapRecorder(tmp_path / "nowhere" / "a.mcap", HandClock(NOW_NS)),
     ):
         pass
 
 
 def test_a_recorder_that_was_not_started_says_so(tmp_path: Path) -> None:
-    recorder = McapRecorder(tmp_path / "a.mcap", HandClock())
+    recorder = McapRecorder(tmp_path / "a.mcap", HandClock(NOW_NS))
     assert recorder.state == "idle" and not list(tmp_path.iterdir())
     with pytest.raises(ValueError, match="not started"):
         recorder.write_cdr("/words", STRING, 5, word("x"))
 
 
 def test_threads_may_write_at_once_and_nothing_is_lost(tmp_path: Path) -> None:
-    with McapRecorder(tmp_path / "a.mcap", HandClock()) as recorder:
+    with McapRecorder(tmp_path / "a.mcap", HandClock(NOW_NS)) as recorder:
 
         def write(who: int) -> None:
             for k in range(200):
@@ -302,7 +292,7 @@ def test_a_disk_that_fills_up_at_the_very_end_keeps_every_message(tmp_path: Path
 
 def test_a_full_disk_budget_ends_the_file_in_good_order(tmp_path: Path) -> None:
     told: list[str] = []
-    clock = HandClock()
+    clock = HandClock(NOW_NS)
     with McapRecorder(tmp_path / "a.mcap", clock, disk=DiskBudget(warn_bytes=0, stop_bytes=0), tell=told.append) as r:
         r.write_cdr("/words", STRING, 1, word("kept"))
         r._disk = DiskBudget(stop_bytes=1 << 62)  # the disk fills up
@@ -316,7 +306,7 @@ def test_a_full_disk_budget_ends_the_file_in_good_order(tmp_path: Path) -> None:
 
 def test_little_room_is_told_once_and_recording_goes_on(tmp_path: Path) -> None:
     told: list[str] = []
-    clock = HandClock()
+    clock = HandClock(NOW_NS)
     budget = DiskBudget(warn_bytes=1 << 62, stop_bytes=0)
     with McapRecorder(tmp_path / "a.mcap", clock, disk=budget, tell=told.append) as recorder:
         for k in range(5):
@@ -327,7 +317,7 @@ def test_little_room_is_told_once_and_recording_goes_on(tmp_path: Path) -> None:
 
 
 def test_every_file_of_a_rotated_recording_stands_alone(tmp_path: Path) -> None:
-    clock = HandClock()
+    clock = HandClock(NOW_NS)
     transform = make("geometry_msgs/msg/TransformStamped", header=header(18, "base"), child_frame_id="camera")
     static = encode(make(TF, transforms=[transform]))
     with McapRecorder(tmp_path / "walk.mcap", clock, rotation=Rotation(every_s=10.0)) as recorder:
@@ -348,7 +338,7 @@ def test_every_file_of_a_rotated_recording_stands_alone(tmp_path: Path) -> None:
 
 def test_the_size_too_begins_a_new_file(tmp_path: Path) -> None:
     noise = os.urandom(60_000).hex()
-    with McapRecorder(tmp_path / "a.mcap", HandClock(), rotation=Rotation(every_bytes=100_000)) as recorder:
+    with McapRecorder(tmp_path / "a.mcap", HandClock(NOW_NS), rotation=Rotation(every_bytes=100_000)) as recorder:
         for k in range(6):
             recorder.write_cdr("/words", STRING, k, word(noise))
             recorder.flush()
@@ -357,7 +347,7 @@ def test_the_size_too_begins_a_new_file(tmp_path: Path) -> None:
 
 
 def test_only_the_newest_map_is_kept_for_the_next_file(tmp_path: Path) -> None:
-    clock = HandClock()
+    clock = HandClock(NOW_NS)
     with McapRecorder(tmp_path / "a.mcap", clock, rotation=Rotation(every_s=10.0)) as recorder:
         for k in range(3):
             recorder.write_cdr("/map", STRING, k, word(f"map {k}"))

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import threading
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -29,6 +27,7 @@ from logs.record.tap import TopicTap
 from openbelief.observation import Intrinsics
 from openbelief.traversability import OccupancyGrid
 from sim_fakes.wire.sim_bridge import SimBridge
+from support.waiting import until
 
 CAMERA = Intrinsics(fx=60.0, fy=60.0, cx=32.0, cy=24.0, width=64, height=48)
 STAMP_NS = 1_700_000_000_123_456_789
@@ -39,15 +38,6 @@ def wire() -> Iterator[tuple[SimBridge, ZenohLink]]:
     """(the robot's end, our end)"""
     with open_router() as endpoint, SimBridge(endpoint) as bridge, ZenohLink(LinkConfig((endpoint,))) as link:
         yield bridge, link
-
-
-def until(condition: Callable[[], bool], again: Callable[[], None]) -> None:
-    """A sample put before a subscription is known goes nowhere: put again until one arrives."""
-    deadline_s = time.monotonic() + 60
-    while not condition():
-        assert time.monotonic() < deadline_s, "nothing arrived"
-        again()
-        threading.Event().wait(0.02)
 
 
 def test_colour_becomes_jpeg_and_everything_else_is_kept_byte_for_byte(
@@ -67,7 +57,7 @@ def test_colour_becomes_jpeg_and_everything_else_is_kept_byte_for_byte(
         names = (COLOR_JPEG.name, DEPTH.name, TF.name)
         until(
             lambda: all(queue.streams[name].written for name in names),
-            lambda: [bridge.publish(topic, payload) for topic, payload in sent.items()] and None,
+            again=lambda: [bridge.publish(topic, payload) for topic, payload in sent.items()],
         )
     messages = {message.topic: message for message in LogReader(tmp_path / "a.mcap")}
     assert set(messages) == set(names)
@@ -95,7 +85,7 @@ def test_what_is_no_message_or_too_large_is_dropped_visibly(
         QueuedRecorder(recorder, clock) as queue,
     ):
         TopicTap(wide, queue).start()
-        until(lambda: queue.streams[DEPTH.name].dropped > 0, lambda: bridge.publish(DEPTH, payload))
+        until(lambda: queue.streams[DEPTH.name].dropped > 0, again=lambda: bridge.publish(DEPTH, payload))
     assert reason in queue.streams[DEPTH.name].reason
     assert queue.streams[DEPTH.name].written == 0
 
@@ -196,7 +186,7 @@ def test_a_link_that_is_down_is_told(tmp_path: Path) -> None:
         tap.start()
         assert tap.gone() is None
         router.close()
-        until(lambda: tap.gone() is not None, lambda: None)
+        until(lambda: tap.gone() is not None)
         assert tap.gone() == f"The link to {endpoint} is down."
 
 

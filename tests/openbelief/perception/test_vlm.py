@@ -19,24 +19,9 @@ from openbelief.perception.retry import RetryStopped, TransientFailure
 from openbelief.perception.vlm import VlmConfig, VlmError, VlmProposer
 from openbelief.perception.vlm_errors import translated
 from openbelief.perception.vlm_picture import PictureFormat, encoded
+from support.clocks import HandClock
 
 MODEL = "stand-in-vl"
-
-
-class SleptClock:
-    """A clock that only sleeping moves; every sleep is remembered."""
-
-    def __init__(self) -> None:
-        self.ns, self.sleeps = 0, []
-        self.on_sleep: Callable[[], None] = lambda: None
-
-    def now_ns(self) -> int:
-        return self.ns
-
-    def sleep(self, seconds: float) -> None:
-        self.ns += int(seconds * 1e9)
-        self.sleeps.append(seconds)
-        self.on_sleep()
 
 
 class Told(list):
@@ -54,8 +39,8 @@ def frame(index: int = 0) -> RgbdFrame:
 
 
 @pytest.fixture
-def clock() -> SleptClock:
-    return SleptClock()
+def clock() -> HandClock:
+    return HandClock()
 
 
 @pytest.fixture
@@ -64,7 +49,7 @@ def told() -> Told:
 
 
 @pytest.fixture
-def proposer(clock: SleptClock, told: Told) -> Callable[..., VlmProposer]:
+def proposer(clock: HandClock, told: Told) -> Callable[..., VlmProposer]:
     def make(endpoint: str, model: str = MODEL, **options: Any) -> VlmProposer:
         return VlmProposer(VlmConfig(endpoint, model, **options), clock, tell=told)
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import json
 import socket
 import stat
-import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -38,6 +37,7 @@ from sim_fakes.wire.nav2_server import SimNav2Server
 from sim_fakes.wire.ros_publisher import SimRosPublisher
 from sim_fakes.wire.sim_bridge import SimBridge
 from sim_fakes.world.robot import SimRobot
+from support.waiting import until
 
 DAY_NS = 86_400 * 10**9
 KEYS = WatchdogKeys(BridgeKeys())
@@ -104,7 +104,7 @@ class Robot:
         Fence(self.bridge, link).wait()  # or the first samples would come before the subscriptions are known
         self.nav2.start()
         self.topics.start()
-        until(lambda: nav.unavailable() is None, lambda: self.clock.sleep(0.05))
+        until(lambda: nav.unavailable() is None, again=lambda: self.clock.sleep(0.05))
         return nav
 
 
@@ -114,18 +114,10 @@ def robot(tmp_path: Path) -> Iterator[Robot]:
         yield Robot(tmp_path / "site", opened)
 
 
-def until(condition: Callable[[], bool], again: Callable[[], None]) -> None:
-    deadline_s = time.monotonic() + 60
-    while not condition():
-        assert time.monotonic() < deadline_s, "nothing arrived"
-        again()
-        threading.Event().wait(0.02)
-
-
 def known(key: str, answer: bytes, link: ZenohLink) -> None:
     """Wait until the robot's queryable is known at that end and answers."""
     answers: list[tuple[bytes, ...]] = []
-    until(lambda: (answer,) in answers, lambda: answers.append(link.get(key, b"", 5.0).payloads))
+    until(lambda: (answer,) in answers, again=lambda: answers.append(link.get(key, b"", 5.0).payloads))
 
 
 def test_the_workstation_drives_the_robot(robot: Robot) -> None:
@@ -153,7 +145,7 @@ def test_a_viewers_cancel_plan_and_reset_are_not_even_heard(robot: Robot) -> Non
     robot.bridge.answer(IS_UP, lambda question: question.answer(b"up"))
     operator, viewer = robot.link(WORKSTATION), robot.link(VIEWER)
     for key in REFUSED:
-        until(lambda key=key: key in heard, lambda key=key: operator.get(key, b"", REFUSED_S) and None)
+        until(lambda key=key: key in heard, again=lambda key=key: operator.get(key, b"", REFUSED_S) and None)
     known(IS_UP, b"up", viewer)
     for key in REFUSED:
         assert operator.get(key, b"", ANSWERED_S).payloads == (b"done",)
@@ -171,12 +163,12 @@ def test_only_the_workstations_heartbeat_is_heard(robot: Robot) -> None:
     with ZenohLink(LinkConfig((robot.site.local_endpoint,))) as onboard:
         onboard.subscribe(KEYS.heartbeat, beats.append)
         operator, viewer = robot.link(WORKSTATION), robot.link(VIEWER)
-        until(lambda: bool(beats), lambda: operator.put(KEYS.heartbeat, b"operator"))
+        until(lambda: bool(beats), again=lambda: operator.put(KEYS.heartbeat, b"operator"))
         known(IS_UP, b"up", viewer)
         for _ in range(20):
             viewer.put(KEYS.heartbeat, b"viewer")
         assert viewer.get(IS_UP, b"", ANSWERED_S).payloads == (b"up",)
-        until(lambda: b"last" in beats, lambda: operator.put(KEYS.heartbeat, b"last"))
+        until(lambda: b"last" in beats, again=lambda: operator.put(KEYS.heartbeat, b"last"))
     assert set(beats) == {b"operator", b"last"}
 
 

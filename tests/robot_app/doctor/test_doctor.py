@@ -40,6 +40,7 @@ from robot_app.local_sensors import open_emulated_realsense
 from robot_app.verbs.doctor import written
 from sim_fakes.sensors.livox_emulator import EmulatorSettings, LivoxEmulator
 from sim_fakes.wire.faults import garbage, shifted
+from support.encoders import WordEncoder
 
 CONFIG = Config()
 DAY_NS = 86_400 * 10**9
@@ -62,19 +63,6 @@ def robot(open_one: Robot) -> Iterator[Robot]:
     site.sensor_faults.muted.clear()
     site.sensor_faults.spoiled.clear()
     open_one.clock.sleep(3.0)
-
-
-@pytest.fixture
-def eventually() -> Eventually:
-    """Wait, in wall time, for what real threads bring about."""
-
-    def wait(condition: Callable[[], bool]) -> None:
-        end_s = time.monotonic() + 10.0
-        while not condition():
-            assert time.monotonic() < end_s, "not within 10 s"
-            time.sleep(0.02)
-
-    return wait
 
 
 def findings(robot: Robot) -> dict[str, Finding]:
@@ -334,20 +322,11 @@ def test_a_memory_that_is_none_is_found(tmp_path: Path) -> None:
     assert none.level == Level.WARN and "openbelief map" in none.remedy
 
 
-class OtherEncoder:
-    """Not the one that a scripted perception is asked with."""
-
-    id, dim = "another-encoder", 8
-
-    def encode(self, texts: list[str]) -> np.ndarray:
-        return np.eye(8, dtype=np.float32)[[len(text) % 8 for text in texts]]
-
-
 def test_a_memory_of_another_text_encoder_is_found(tmp_path: Path) -> None:
     points = np.random.default_rng(1).normal(0, 0.1, (200, 3)).astype(np.float32)
     feature = np.eye(8, dtype=np.float32)[0]
     seen = Observation(frame=0, mask=0, phrase="chair", confidence=0.9, points=points, feature=feature)
-    ObjectMemory.build([seen], OtherEncoder(), Parameters()).save(tmp_path / "site.belief")
+    ObjectMemory.build([seen], WordEncoder(8, "another-encoder"), Parameters()).save(tmp_path / "site.belief")
     memory, encoder = check_memory(CONFIG.model_copy(update={"memory": tmp_path / "site.belief"}), 0)
     assert memory.level == Level.OK and encoder.level == Level.FAIL
     assert "another-encoder" in encoder.said and "map again" in encoder.remedy

@@ -11,7 +11,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -24,6 +24,7 @@ from logs.mcap_io.reader import LogReader
 from openbelief import ObjectMemory
 from robot_app.cli import main
 from sim_fakes.world.world import World
+from support.waiting import until
 
 SMALL = Path(__file__).parents[1] / "small_scene.json"
 PATIENCE_S = 90.0  # for one step, on a machine that does other work too
@@ -114,13 +115,6 @@ class Watchdog:
             state = self.state
             if state is not None and self.heard[-1:] != [state]:
                 self.heard.append(state)
-
-
-def until(condition: Callable[[], bool], what: str) -> None:
-    end_s = time.monotonic() + PATIENCE_S
-    while not condition():
-        assert time.monotonic() < end_s, f"not within {PATIENCE_S:g} s: {what}"
-        time.sleep(0.05)
 
 
 @pytest.fixture

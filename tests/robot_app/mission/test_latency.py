@@ -12,29 +12,20 @@ from openbelief.observation import Intrinsics, Mask, RgbdFrame
 from openbelief.perception.ports import Perception, PerceptionFailed
 from openbelief.perception.stages import Stage
 from robot_app.mission.latency import WatchedPerception
+from support.clocks import HandClock
 
 FRAME = RgbdFrame(0, 77, np.zeros((3, 4, 3), np.uint8), np.zeros((3, 4)), Intrinsics(4, 3, 1, 1, 1, 1), np.eye(4))
 MASK = Mask(0, np.ones((3, 4), bool), "cup", 0.5, np.eye(2, dtype=np.float32)[0])
 
 
-class Clock:
-    ns = 0
-
-    def now_ns(self) -> int:
-        return self.ns
-
-    def sleep(self, seconds: float) -> None:
-        self.ns += int(seconds * 1e9)
-
-
 @pytest.fixture
 def log() -> io.StringIO:
     stream = io.StringIO()
-    configure(Clock(), stream, json_lines=True)
+    configure(HandClock(), stream, json_lines=True)
     return stream
 
 
-def watched(clock: Clock, fails: bool = False, budget_s: float = 2.5) -> WatchedPerception:
+def watched(clock: HandClock, fails: bool = False, budget_s: float = 2.5) -> WatchedPerception:
     def step(seconds: float, value: object) -> object:
         clock.sleep(seconds)
         if fails and value is not None:
@@ -47,7 +38,7 @@ def watched(clock: Clock, fails: bool = False, budget_s: float = 2.5) -> Watched
 
 
 def test_every_look_is_logged_stage_by_stage(log):
-    perception = watched(Clock())
+    perception = watched(HandClock())
     assert isinstance(perception, Perception) and perception.perceive(FRAME) == [MASK]
     line = json.loads(log.getvalue())
     assert (line["event"], line["level"], line["frame_stamp_ns"]) == ("perception_took", "info", 77)
@@ -56,11 +47,11 @@ def test_every_look_is_logged_stage_by_stage(log):
 
 
 def test_a_look_over_the_budget_is_a_warning(log):
-    watched(Clock(), budget_s=2.0).perceive(FRAME)
+    watched(HandClock(), budget_s=2.0).perceive(FRAME)
     assert json.loads(log.getvalue())["level"] == "warning"
 
 
 def test_a_look_that_fails_says_how_far_it_came(log):
     with pytest.raises(PerceptionFailed):
-        watched(Clock(), fails=True).perceive(FRAME)
+        watched(HandClock(), fails=True).perceive(FRAME)
     assert json.loads(log.getvalue())["seconds"] == {"phrases": 2.0, "segments": 0.25}

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import threading
-import time
 from types import SimpleNamespace
 
 import numpy as np
@@ -22,19 +20,6 @@ from openbelief.traversability import OccupancyGrid
 from robot_app.app import Wire
 from robot_app.config import Config, ConfigError, PortsSection, TopicsSection, dump_config, load_config
 from robot_app.mission.safety import FIRST_DATA_S, watched
-
-
-@pytest.fixture
-def eventually():
-    """Wait, in wall time, for what real threads bring about."""
-
-    def wait(condition, within_s: float = 5.0) -> None:
-        deadline = time.monotonic() + within_s
-        while not condition():
-            assert time.monotonic() < deadline, f"not within {within_s} s"
-            threading.Event().wait(0.01)
-
-    return wait
 
 
 @pytest.fixture

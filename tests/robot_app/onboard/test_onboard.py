@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import Any
 
@@ -26,20 +26,6 @@ from robot_app.onboard import sensors as onboard_sensors
 from robot_app.onboard.process import run_onboard
 
 MOUNTS = ("base_link livox_frame 0 0 1.26 3.1416 0.05 0",)
-
-
-@pytest.fixture
-def eventually() -> Callable[[Callable[[], bool]], None]:
-    """Wait, in wall time, for what real threads bring about."""
-
-    def wait(condition: Callable[[], bool]) -> None:
-        for _ in range(2000):
-            if condition():
-                return
-            threading.Event().wait(0.01)
-        raise AssertionError("not within 20 s")
-
-    return wait
 
 
 class Site:
