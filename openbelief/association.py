@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,11 +13,9 @@ from openbelief.arrays import Array, points_array
 from openbelief.evidence import digest
 from openbelief.observation import Observation
 from openbelief.parameters import Parameters
+from openbelief.touching_boxes import TouchingBoxes
+from openbelief.voxel_share import ROUNDING_M, NearShares
 
-if TYPE_CHECKING:
-    from scipy.spatial import cKDTree
-
-ROUNDING_M = 1e-6  # float32 coordinates exactly r apart are within r
 ROUNDING_COSINE = 1e-6
 
 
@@ -27,8 +25,8 @@ def overlap(P: Array, Q: Array, radius: float) -> float:
     P, Q: (n, 3) float32, map frame, metres, taken as given. Symmetric, in [0, 1]. Raises ValueError on bad input.
     """
     _check_radius(radius)
-    p, q = _Cloud(points_array(P, "P")), _Cloud(points_array(Q, "Q"))
-    return max(p.share_near(q, radius), q.share_near(p, radius))
+    near = NearShares([points_array(P, "P"), points_array(Q, "Q")], radius, voxel_m=radius / 1.5)
+    return float(max(near.shares(np.array([0]), near=1)[0], near.shares(np.array([1]), near=0)[0]))
 
 
 def associate(observations: Sequence[Observation], parameters: Parameters) -> Array:
@@ -37,72 +35,92 @@ def associate(observations: Sequence[Observation], parameters: Parameters) -> Ar
     Components are numbered by their smallest (recording, frame, mask), repeats by what they say. Raises ValueError on
     features of unlike length.
     """
-    association = Association(parameters)
-    for observation in observations:
-        association.add(observation)
-    return association.labels()
+    _check_radius(parameters.radius_m)
+    if not len(observations):
+        return np.zeros(0, np.int64)
+    return _numbered(observations, _grown(observations, parameters))
 
 
-class Association:
-    """The components so far; `add` in any order gives the same components as all at once."""
+def _grown(observations: Sequence[Observation], parameters: Parameters) -> Array:
+    """(n,) component of each observation, numbered anyhow.
 
-    def __init__(self, parameters: Parameters) -> None:
-        _check_radius(parameters.radius_m)
-        self._parameters = parameters
-        self._observations: list[Observation] = []
-        self._clouds: list[_Cloud] = []
-        self._parent: list[int] = []
-        self._boxes = _Rows(6)
-        self._features: _Rows | None = None
+    A component grows from one view: all its neighbours that look alike and are not in it yet are compared with it at
+    once, and of those that join the one with the least overlap, which shows most that is new, goes next. So few pairs
+    are ever compared: most neighbours have joined before their turn comes. Every view has its turn against all that is
+    then still outside, so each pair is decided by either direction of Omega_r.
+    """
+    features = _features(observations)
+    near = NearShares([o.points for o in observations], parameters.radius_m, parameters.voxel_m)
+    boxes = TouchingBoxes(near.clouds.low, near.clouds.high, parameters.radius_m + ROUNDING_M)
+    components, done = _Components(len(observations)), np.zeros(len(observations), bool)
+    for seed in boxes.order.tolist():
+        waiting = [seed]
+        while waiting:
+            view = waiting.pop()
+            if done[view]:
+                continue
+            done[view] = True
+            others = components.outside(view, boxes.of(view))
+            others = others[_alike(features[others], features[view], parameters.tau_v)]
+            if not len(others):
+                continue
+            shares = near.shares(of=others, near=view)
+            joining = np.flatnonzero(shares >= parameters.tau_g)
+            components.join(view, others[joining])
+            waiting += others[joining[np.argsort(-shares[joining], kind="stable")]].tolist()
+    return components.label
 
-    def add(self, observation: Observation) -> None:
-        """Link one more observation to those it is related to."""
-        cloud = _Cloud(observation.points)
-        for other in self._candidates(cloud, observation.feature):
-            if self._root(other) != self._root(len(self._clouds)) and self._overlaps(cloud, self._clouds[other]):
-                self._parent[self._root(other)] = self._root(len(self._clouds))
-        self._clouds.append(cloud)
-        self._observations.append(observation)
 
-    def labels(self) -> Array:
-        """(n,) int64, one per observation in the order they were added."""
-        first: dict[int, tuple[tuple[str, int, int], bytes]] = {}
-        for index, order in enumerate(self._orders()):
-            root = self._root(index)
-            first[root] = min(first.get(root, order), order)
-        rank = {root: label for label, root in enumerate(sorted(first, key=first.__getitem__))}
-        return np.array([rank[self._root(i)] for i in range(len(self._observations))], dtype=np.int64)
+def _features(observations: Sequence[Observation]) -> Array:
+    """(n, d) float32; raises ValueError on features of unlike length."""
+    width = len(observations[0].feature)
+    for o in observations:
+        if len(o.feature) != width:
+            raise ValueError(f"Features should all have {width} numbers, got one of {len(o.feature)}.")
+    return np.array([o.feature for o in observations])
 
-    def _orders(self) -> Iterator[tuple[tuple[str, int, int], bytes]]:
-        """The canonical order of each observation; what it says is only hashed where its key is repeated."""
-        times = Counter(o.key for o in self._observations)
-        return ((o.key, digest(o) if times[o.key] > 1 else b"") for o in self._observations)
 
-    def _candidates(self, cloud: _Cloud, feature: Array) -> list[int]:
-        """Earlier observations whose boxes, grown by r, touch this one's and whose features pass tau_v."""
-        features = self._features = self._features or _Rows(len(feature))
-        if features.width != len(feature):
-            raise ValueError(f"Features should all have {features.width} numbers, got one of {len(feature)}.")
-        reach = self._parameters.radius_m + ROUNDING_M
-        boxes = self._boxes.rows
-        touch = (boxes[:, :3] <= cloud.high + reach).all(axis=1) & (boxes[:, 3:] >= cloud.low - reach).all(axis=1)
-        near = np.flatnonzero(touch)
-        cosines = features.rows[near] @ feature.astype(np.float64)
-        self._boxes.append(np.concatenate((cloud.low, cloud.high)))
-        features.append(feature)
-        self._parent.append(len(self._parent))
-        keep = cosines >= self._parameters.tau_v - ROUNDING_COSINE
-        return near[keep][np.argsort(-cosines[keep], kind="stable")].tolist()
+def _alike(others: Array, feature: Array, tau_v: float) -> Array:
+    """(k,) bool: the cosine of (k, d) features with (d,) one is at least tau_v; near it float64 decides."""
+    least = tau_v - ROUNDING_COSINE
+    cosines = (others @ feature).astype(np.float64)
+    close = np.abs(cosines - least) <= len(feature) * np.finfo(np.float32).eps  # what float32 may be off at most
+    cosines[close] = others[close].astype(np.float64) @ feature.astype(np.float64)
+    return cosines >= least
 
-    def _overlaps(self, p: _Cloud, q: _Cloud) -> bool:
-        """Omega_r >= tau_g, the second direction only where the first does not decide."""
-        radius, tau_g = self._parameters.radius_m, self._parameters.tau_g
-        return p.share_near(q, radius, tau_g) >= tau_g or q.share_near(p, radius, tau_g) >= tau_g
 
-    def _root(self, index: int) -> int:
-        while self._parent[index] != index:
-            self._parent[index] = index = self._parent[self._parent[index]]
-        return index
+def _numbered(observations: Sequence[Observation], components: Array) -> Array:
+    """The components by the rank of their least observation in canonical order."""
+    first: dict[int, tuple[tuple[str, int, int], bytes]] = {}
+    for component, order in zip(components.tolist(), _orders(observations), strict=True):
+        first[component] = min(first.get(component, order), order)
+    rank = {component: label for label, component in enumerate(sorted(first, key=first.__getitem__))}
+    return np.array([rank[component] for component in components.tolist()], dtype=np.int64)
+
+
+def _orders(observations: Sequence[Observation]) -> Iterator[tuple[tuple[str, int, int], bytes]]:
+    """The canonical order of each observation; what it says is only hashed where its key is repeated."""
+    times = Counter(o.key for o in observations)
+    return ((o.key, digest(o) if times[o.key] > 1 else b"") for o in observations)
+
+
+class _Components:
+    """label: (n,) int64, equal within a component."""
+
+    def __init__(self, count: int) -> None:
+        self.label = np.arange(count)
+        self._members = [[i] for i in range(count)]
+
+    def outside(self, view: int, others: Array) -> Array:
+        return others[self.label[others] != self.label[view]]
+
+    def join(self, view: int, others: Array) -> None:
+        """The smaller component takes the larger one's label: none is relabelled more than log n times."""
+        for label in np.unique(self.label[others]).tolist():
+            small, large = sorted((label, int(self.label[view])), key=lambda each: len(self._members[each]))
+            self.label[self._members[small]] = large
+            self._members[large] += self._members[small]
+            self._members[small] = []
 
 
 @dataclass(frozen=True)
@@ -133,50 +151,6 @@ def _too_long(extent: float, median: float, parameters: Parameters) -> str | Non
     if extent > parameters.extent_alarm_ratio * median:
         return f"{extent:.1f} m long where the median of its masks is {median:.1f} m"
     return None
-
-
-class _Cloud:
-    """Points with their box and, once asked for, their tree."""
-
-    def __init__(self, points: Array) -> None:
-        self.points = points
-        self.low, self.high = points.min(axis=0).astype(float), points.max(axis=0).astype(float)
-        self._tree: cKDTree | None = None
-
-    def share_near(self, other: _Cloud, radius: float, needed: float = 0.0) -> float:
-        """The share of these points within `radius` of the other's; an upper bound where it is less than `needed`."""
-        reach = radius + ROUNDING_M
-        inside = ((self.points >= other.low - reach) & (self.points <= other.high + reach)).all(axis=1)
-        bound = float(np.count_nonzero(inside) / len(inside))
-        if bound == 0.0 or bound < needed:
-            return bound
-        distances, _ = other.tree.query(self.points[inside], distance_upper_bound=reach)
-        return float(np.isfinite(distances).sum() / len(self.points))
-
-    @property
-    def tree(self) -> cKDTree:
-        if self._tree is None:
-            from scipy.spatial import cKDTree
-
-            self._tree = cKDTree(self.points, balanced_tree=False, compact_nodes=False)
-        return self._tree
-
-
-class _Rows:
-    """A float64 table that grows by doubling."""
-
-    def __init__(self, width: int) -> None:
-        self.width, self._count, self._table = width, 0, np.empty((16, width))
-
-    @property
-    def rows(self) -> Array:
-        return self._table[: self._count]
-
-    def append(self, row: Array) -> None:
-        if self._count == len(self._table):
-            self._table = np.concatenate((self._table, np.empty_like(self._table)))
-        self._table[self._count] = row
-        self._count += 1
 
 
 def _check_radius(radius: Any) -> None:

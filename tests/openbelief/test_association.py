@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial.distance import cdist
 
-from openbelief import Observation, Parameters, associate, overlap
-from openbelief.association import Association, extent_alarms
+from openbelief import Observation, Parameters, associate, association, overlap
+from openbelief.association import extent_alarms
+from openbelief.backprojection import snap
+from openbelief.voxel_share import NearShares
 
 GRID = (np.stack(np.meshgrid(*[np.arange(5)] * 3), axis=-1).reshape(-1, 3) * 0.1).astype(np.float32)
 
@@ -110,24 +113,85 @@ def test_any_order_of_mapping_gives_the_same_objects_as_all_at_once(seed, random
     batch = associate(views, Parameters())
     order = list(range(len(views)))
     random.shuffle(order)
-    association = Association(Parameters())
-    for i in order:
-        association.add(views[i])
-    assert association.labels().tolist() == [batch[i] for i in order]
+    assert associate([views[i] for i in order], Parameters()).tolist() == [batch[i] for i in order]
 
 
-@given(st.integers(0, 10_000))
-@settings(max_examples=15, deadline=None)
-def test_components_are_those_of_the_relation_checked_pair_by_pair(seed):
-    views, p = random_views(seed, 12), Parameters()
-    reach = np.eye(len(views), dtype=bool)
-    for i, a in enumerate(views):
-        for j, b in enumerate(views):
-            alike = float(a.feature @ b.feature) >= p.tau_v
-            reach[i, j] |= alike and overlap(a.points, b.points, p.radius_m) >= p.tau_g
-    for _ in views:
-        reach = reach @ reach
-    assert partition(associate(views, p)) == {frozenset(np.flatnonzero(row).tolist()) for row in reach}
+def related(a: Observation, b: Observation, p: Parameters) -> bool:
+    """eq. association read off the page: every distance, in float64."""
+    if a.feature.astype(np.float64) @ b.feature.astype(np.float64) < p.tau_v - 1e-6:
+        return False
+    near = cdist(a.points.astype(np.float64), b.points.astype(np.float64)) <= p.radius_m + 1e-6
+    return max(near.any(axis=1).mean(), near.any(axis=0).mean()) >= p.tau_g
+
+
+def components(views: list[Observation], p: Parameters) -> set[frozenset[int]]:
+    reached = np.array([[a is b or related(a, b, p) for b in views] for a in views])
+    for _ in range(len(views).bit_length()):
+        reached = reached @ reached
+    return {frozenset(np.flatnonzero(row).tolist()) for row in reached}
+
+
+SHAPES = {  # points of a thing, metres; a lattice of steps that are exactly r apart is the hardest
+    "blob": lambda rng, n: rng.normal(0, 0.05, (n, 3)),
+    "edge": lambda rng, n: np.column_stack((rng.uniform(0, 0.6, n), np.zeros((n, 2)))),
+    "wall": lambda rng, n: np.column_stack((rng.uniform(0, 6, n), np.zeros(n), rng.uniform(0, 2.5, n))),
+    "steps of r": lambda rng, n: rng.integers(0, 4, (n, 3)) * 0.03,
+    "steps of a voxel": lambda rng, n: rng.integers(0, 6, (n, 3)) * 0.02,
+    "point": lambda rng, n: np.zeros((1, 3)),
+}
+KEPT = {  # how a caller's points lie: on the centres of voxels, as computed in float32, beside them, anywhere
+    "snapped": lambda rng, points: snap(points, 0.02),
+    "float32": lambda rng, points: np.floor(points / 0.02).astype(np.float32) * np.float32(0.02) + np.float32(0.01),
+    "nearly": lambda rng, points: snap(points, 0.02) + rng.uniform(-1, 1, 3) * rng.choice([0.0002, 0.0006, 0.001]),
+    "raw": lambda rng, points: points,
+}
+
+
+def adversarial_views(rng: np.random.Generator, origin: np.ndarray, kept: list[str]) -> list[Observation]:
+    """Parts, unions and shifts of a few things that lie in each other; frames and masks are repeated."""
+    names = list(SHAPES)
+    things = [
+        SHAPES[names[rng.integers(len(names))]](rng, rng.integers(1, 100)) + rng.uniform(-0.3, 0.3, 3) for _ in range(3)
+    ]
+    looks = rng.normal(size=(2, 8))
+    views = []
+    for k in range(int(rng.integers(2, 16))):
+        points = things[rng.integers(3)]
+        points = points[rng.random(len(points)) <= rng.choice([0.4, 0.8, 1.0])]
+        if not len(points) or rng.random() < 0.2:
+            points = np.concatenate((points, things[rng.integers(3)]))
+        points = points + rng.choice([0, 0.01, 0.02, 0.03]) * rng.integers(-1, 2, 3) + origin
+        feature = looks[rng.integers(2)] + rng.normal(size=8) * rng.choice([0, 0.05, 0.3])
+        points = KEPT[kept[rng.integers(len(kept))]](rng, points)
+        views.append(seen(points, feature / np.linalg.norm(feature), frame=k // 4, mask=k % 2))
+    return views
+
+
+@given(
+    st.integers(0, 2**32 - 1),
+    st.sampled_from([["snapped"], ["float32"], ["nearly"], ["raw"], list(KEPT)]),
+    st.sampled_from([0.0, 9.99, -350.0, 1e4, 1e6]),
+    st.sampled_from([0.75, 1.0, 0.5, 0.01]),
+    st.sampled_from([0.03, 0.02, 0.04, 0.0283, 0.011, 0.15]),
+    st.sampled_from([0.85, -1.0]),
+)
+@settings(max_examples=150, deadline=None)
+def test_components_are_those_of_the_relation_checked_pair_by_pair(seed, kept, origin_m, tau_g, radius_m, tau_v):
+    rng = np.random.default_rng(seed)
+    views = adversarial_views(rng, origin_m * rng.choice([-1, 0, 1], 3), kept)
+    p = Parameters(tau_g=tau_g, radius_m=radius_m, tau_v=tau_v)
+    assert partition(associate(views, p)) == components(views, p)
+
+
+def test_a_site_wider_than_the_short_numbers_of_its_voxels_is_one_site():
+    views = [seen(snap(GRID + np.float32([at, 0, 0]), 0.02), mask=k) for k, at in enumerate((0, 400, 400, 0))]
+    assert partition(associate(views, Parameters())) == {frozenset({0, 3}), frozenset({1, 2})}
+
+
+def test_beyond_all_numbers_of_voxels_the_points_decide():
+    ends, between = [[3e9, 0, 0], [3e9 + 1024, 0, 0]], [[3e9 + 512, 0, 0]]
+    views = [seen(GRID), seen(ends, mask=1), seen(between, mask=2), seen(ends, mask=3)]
+    assert partition(associate(views, Parameters())) == {frozenset({0}), frozenset({1, 3}), frozenset({2})}
 
 
 def test_an_object_too_long_is_reported_and_not_split():
@@ -139,22 +203,19 @@ def test_an_object_too_long_is_reported_and_not_split():
     assert alarm.label == 0 and alarm.extent_m == pytest.approx(4.9) and "over 4 m" in alarm.because
 
 
-class Counted(Association):
-    """Counts the expensive part: point-by-point comparisons."""
+def test_comparisons_grow_with_the_site_and_not_with_its_square(monkeypatch):
+    compared = []
 
-    comparisons = 0
+    class Counted(NearShares):
+        def shares(self, of, near):
+            compared.append(len(of))
+            return super().shares(of, near)
 
-    def _overlaps(self, one, other):
-        self.comparisons += 1
-        return super()._overlaps(one, other)
-
-
-def test_comparisons_grow_with_the_site_and_not_with_its_square():
     def comparisons(n):
-        association = Counted(Parameters())
-        for i in range(n):
-            association.add(seen(GRID + np.float32([3.0 * (i // 8), 0, 0]), frame=i))
-        assert len(partition(association.labels())) == n // 8
-        return association.comparisons
+        compared.clear()
+        views = [seen(GRID + np.float32([3.0 * (i // 8), 0, 0]), frame=i) for i in range(n)]
+        assert len(partition(associate(views, Parameters()))) == n // 8
+        return sum(compared)
 
+    monkeypatch.setattr(association, "NearShares", Counted)
     assert 0 < comparisons(384) == 8 * comparisons(48)
