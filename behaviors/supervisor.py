@@ -7,22 +7,27 @@ hour, ours or the robot's, changes nothing.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+from pydantic.dataclasses import dataclass as settings
 
 from drivers.ports import Reaction, SafetyVerdict
-from openbelief.polygon import Polygon, inside
+from openbelief.polygon import inside
 from openbelief.pose import Pose2, wrap_angle
+from openbelief.settings import CHECKED, Number, Positive, Whole, in_one_line
 
 SPEED_MAX, TURN_MAX = 1.5, 2.0  # m/s and rad/s: no G1 under Nav2 is faster
 JUMP_WINDOW_NS = 1_000_000_000  # a pose is compared with those of so long before, and with the last one before a gap
+Corners = tuple[tuple[Number, Number], ...]
 
 
-@dataclass(frozen=True, kw_only=True)
+@in_one_line("Safety limit")
+@settings(frozen=True, kw_only=True, config=CHECKED)
 class SafetyPolicy:
     """What a site decides about safety. watchdog: whether a robot over ROS must have one; lidar: whether it is used.
 
@@ -32,23 +37,20 @@ class SafetyPolicy:
 
     watchdog: Literal["required", "off"] = "required"
     lidar: Literal["used", "off"] = "used"
-    pose_max_age_s: float = 0.5
-    cloud_max_age_s: float = 1.0
-    camera_max_age_s: float = 2.0
-    stuck_s: float = 3.0  # the same pixels or points under new stamps for so long
-    jump_m: float = 0.5
-    jump_rad: float = 1.0
-    battery_start: float = 0.40
-    battery_return: float = 0.25
-    disk_min_bytes: int = 2_000_000_000
-    keep_out: tuple[Polygon, ...] = ()
-    allowed: Polygon = ()
+    pose_max_age_s: Positive = 0.5
+    cloud_max_age_s: Positive = 1.0
+    camera_max_age_s: Positive = 2.0
+    stuck_s: Positive = 3.0  # the same pixels or points under new stamps for so long
+    jump_m: Positive = 0.5
+    jump_rad: Positive = 1.0
+    battery_start: Positive = 0.40
+    battery_return: Positive = 0.25
+    disk_min_bytes: Annotated[Whole, Field(ge=0)] = 2_000_000_000
+    keep_out: tuple[Corners, ...] = ()
+    allowed: Corners = ()
 
-    def __post_init__(self) -> None:
-        for spec in dataclasses.fields(self):
-            value = getattr(self, spec.name)
-            if isinstance(value, float) and not (math.isfinite(value) and value > 0):
-                raise ValueError(f"Safety limit {spec.name} must be greater than 0, got {value}.")
+    @model_validator(mode="after")
+    def _make_sense(self) -> SafetyPolicy:
         for name in ("battery_start", "battery_return"):
             if getattr(self, name) > 1:
                 raise ValueError(f"Safety limit {name} is a share of 1, not a percentage: got {getattr(self, name)}.")
@@ -57,11 +59,10 @@ class SafetyPolicy:
                 f"Safety limit battery_start ({self.battery_start:g}) must not be less than battery_return "
                 f"({self.battery_return:g}): a mission would be called back at once."
             )
-        if self.disk_min_bytes < 0:
-            raise ValueError(f"Safety limit disk_min_bytes must be at least 0, got {self.disk_min_bytes}.")
         for polygon in (*self.keep_out, *([self.allowed] if self.allowed else [])):
-            if len(polygon) < 3 or not all(math.isfinite(c) for point in polygon for c in point):
+            if len(polygon) < 3:
                 raise ValueError(f"A keep-out or allowed polygon needs 3 or more finite (x, y) points, got {polygon}.")
+        return self
 
 
 @dataclass(frozen=True, slots=True)
