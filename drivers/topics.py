@@ -9,16 +9,14 @@ from dataclasses import dataclass, replace
 class Topic:
     """One ROS topic. latched: TRANSIENT_LOCAL, so that who comes late still gets the last message.
 
-    max_age_s: older than this is stale; None where age means nothing. max_bytes: a larger payload is dropped.
-    logged: copied into the trial as it streams past (what a decision saw is logged in any case).
+    rate_hz: as a robot sends it; None where it is sent once. max_bytes: a larger payload is dropped. How old a sample may
+    be is for its reader to say (MissionPolicy, SafetyPolicy).
     """
 
     name: str
     type_name: str
     rate_hz: float | None
-    max_age_s: float | None
     max_bytes: int
-    logged: bool
     latched: bool = False
 
 
@@ -47,21 +45,21 @@ BATTERY_TYPE = "sensor_msgs/msg/BatteryState"
 TRANSFORMS, GRID = "tf2_msgs/msg/TFMessage", "nav_msgs/msg/OccupancyGrid"
 
 # fmt: off
-#                   ROS name                                     type               Hz  age s     bytes  logged latched
-COLOR = Topic(      "/camera/color/image_raw",                   IMAGE,            15.0,  0.5,  8 * MIB, False)
-COLOR_JPEG = Topic( "/camera/color/image_raw/compressed",        COMPRESSED,       15.0,  0.5,  4 * MIB, False)
-DEPTH = Topic(      "/camera/aligned_depth_to_color/image_raw",  IMAGE,            15.0,  0.5,  8 * MIB, False)
-CAMERA_INFO = Topic("/camera/color/camera_info",                 CAMERA_INFO_TYPE, 15.0,  0.5,  4 * KIB, True)
-LIDAR = Topic(      "/livox/lidar",                              CLOUD,            10.0,  1.0,  8 * MIB, False)
-LIDAR_IMU = Topic(  "/livox/imu",                                IMU_TYPE,        200.0,  0.5,  4 * KIB, False)
-CAMERA_IMU = Topic( "/camera/imu",                               IMU_TYPE,        200.0,  0.5,  4 * KIB, False)
-DEPTH_PNG = Topic(  "/camera/aligned_depth_to_color/image_raw/compressedDepth", COMPRESSED, 15.0, 0.5, 4 * MIB, False)
-BATTERY = Topic(    "/battery_state",                            BATTERY_TYPE,      1.0, 10.0,  4 * KIB, True)
-TF = Topic(         "/tf",                                       TRANSFORMS,       30.0,  0.5, 64 * KIB, True)
-TF_STATIC = Topic(  "/tf_static",                                TRANSFORMS,       None, None, 64 * KIB, True,  True)
-MAP = Topic(        "/map",                                      GRID,             None, None, 64 * MIB, True,  True)
+#                   ROS name                                     type               Hz     bytes
+COLOR = Topic(      "/camera/color/image_raw",                   IMAGE,            15.0,  8 * MIB)
+COLOR_JPEG = Topic( "/camera/color/image_raw/compressed",        COMPRESSED,       15.0,  4 * MIB)
+DEPTH = Topic(      "/camera/aligned_depth_to_color/image_raw",  IMAGE,            15.0,  8 * MIB)
+CAMERA_INFO = Topic("/camera/color/camera_info",                 CAMERA_INFO_TYPE, 15.0,  4 * KIB)
+LIDAR = Topic(      "/livox/lidar",                              CLOUD,            10.0,  8 * MIB)
+LIDAR_IMU = Topic(  "/livox/imu",                                IMU_TYPE,        200.0,  4 * KIB)
+CAMERA_IMU = Topic( "/camera/imu",                               IMU_TYPE,        200.0,  4 * KIB)
+DEPTH_PNG = Topic(  "/camera/aligned_depth_to_color/image_raw/compressedDepth", COMPRESSED, 15.0, 4 * MIB)
+BATTERY = Topic(    "/battery_state",                            BATTERY_TYPE,      1.0,  4 * KIB)
+TF = Topic(         "/tf",                                       TRANSFORMS,       30.0, 64 * KIB)
+TF_STATIC = Topic(  "/tf_static",                                TRANSFORMS,       None, 64 * KIB, latched=True)
+MAP = Topic(        "/map",                                      GRID,             None, 64 * MIB, latched=True)
 # what `openbelief onboard` says of its sensors; Zenoh alone carries it: on ROS's own topic of that name others speak
-DIAGNOSTICS = Topic("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray",          1.0,  5.0, 64 * KIB, False)
+DIAGNOSTICS = Topic("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray",          1.0, 64 * KIB)
 # fmt: on
 
 TOPICS = (COLOR, COLOR_JPEG, DEPTH, CAMERA_INFO, LIDAR, LIDAR_IMU, CAMERA_IMU, DEPTH_PNG, BATTERY, TF, TF_STATIC, MAP)

@@ -53,16 +53,14 @@ def safety_conditions() -> str:
 def ros_topics() -> str:
     from drivers.topics import TOPICS
 
-    head = ["topic", "type", "Hz", "stale after", "at most", "latched", "logged"]
+    head = ["topic", "type", "Hz", "at most", "latched"]
     rows = [
         [
             f"`{t.name}`",
             f"`{t.type_name}`",
             f"{t.rate_hz:g}" if t.rate_hz else "once",
-            f"{t.max_age_s:g} s" if t.max_age_s else "-",
             f"{t.max_bytes >> 10} KiB",
             "yes" if t.latched else "",
-            "yes" if t.logged else "",
         ]
         for t in TOPICS
     ]
