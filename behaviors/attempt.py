@@ -23,7 +23,7 @@ class Approach:
 
     goal: GoalPose
     length_m: float
-    way: PathPrefix  # its first metres
+    path_prefix: PathPrefix  # its first metres
 
 
 class Attempt:
@@ -51,7 +51,7 @@ class Attempt:
             plan = ports.navigator.plan(goal.pose)
             journal.write(goal_record(self.node.id, goal, plan))
             if plan.length_m is not None:
-                self.approach = Approach(goal, plan.length_m, plan.way)
+                self.approach = Approach(goal, plan.length_m, plan.path_prefix)
                 return self.approach
             self.no_path_because = plan.reason or NO_PATH
         return None

@@ -21,16 +21,16 @@ class RobotMayMove(RuntimeError):
     """A goal was sent and nobody acknowledged its cancel."""
 
 
-def drive(goal: Pose2, ports: Ports, policy: MissionPolicy, way: PathPrefix = ()) -> Step:
+def drive(goal: Pose2, ports: Ports, policy: MissionPolicy, path_prefix: PathPrefix = ()) -> Step:
     """Send `goal` and wait for its end: ARRIVED, UNREACHED, STOP or FAULT, with the reason.
 
-    way: the first metres of the path there. A goal that lies in a forbidden zone, or that the lidar sees blocked, is
+    path_prefix: the path's first metres. A goal that lies in a forbidden zone, or that the lidar sees blocked, is
     UNREACHED without being sent. Where the supervisor holds the robot, the goal is cancelled; once the condition is
     over and the operator agrees, the way is planned and looked at anew and the goal sent again. Any exception once the
     goal may be under way cancels it and goes on; RobotMayMove where that went unanswered.
     """
     try:
-        return _unsent(goal, way, ports, policy) or _driven(goal, ports, policy)
+        return _unsent(goal, path_prefix, ports, policy) or _driven(goal, ports, policy)
     except BaseException as error:
         _cancel_after(error, ports)
         raise
@@ -42,12 +42,12 @@ def refusal(ports: Ports) -> str | None:
     return None if verdict.reaction is Reaction.GO else verdict.sentence
 
 
-def _unsent(goal: Pose2, way: PathPrefix, ports: Ports, policy: MissionPolicy) -> Step | None:
+def _unsent(goal: Pose2, path_prefix: PathPrefix, ports: Ports, policy: MissionPolicy) -> Step | None:
     """Why the goal is not sent: STOP, the supervisor, or what the lidar sees; None where it may be."""
     verdict = _verdict(goal, ports)
     if verdict.reaction is not Reaction.GO and (step := _wait(verdict, goal, ports)):
         return step
-    blocked = way_is_blocked(goal, way, ports, policy)
+    blocked = way_is_blocked(goal, path_prefix, ports, policy)
     return Step(Event.UNREACHED, blocked) if blocked else None
 
 
@@ -97,7 +97,7 @@ def _unsent_again(goal: Pose2, ports: Ports, policy: MissionPolicy) -> Step | No
     plan = ports.navigator.plan(goal)
     if plan.length_m is None:
         return Step(Event.UNREACHED, plan.reason or NO_PATH)
-    return _unsent(goal, plan.way, ports, policy)
+    return _unsent(goal, plan.path_prefix, ports, policy)
 
 
 def _wait(verdict: SafetyVerdict, goal: Pose2, ports: Ports) -> Step | None:

@@ -149,7 +149,7 @@ class Mission:
             raise RuntimeError("No goal pose was chosen.")
         if why := self._ports.navigator.unavailable():
             return Step(Event.FAULT, why)
-        step = drive(attempt.approach.goal.pose, self._ports, self._policy, attempt.approach.way)
+        step = drive(attempt.approach.goal.pose, self._ports, self._policy, attempt.approach.path_prefix)
         crowd = is_crowded(self._ports, self._policy) if step.event is Event.ARRIVED else None
         because = crowd or step.because
         if (crowd or step.event is Event.UNREACHED) and attempt.next_approach(self._ports, self._journal):
@@ -186,13 +186,13 @@ class Mission:
         if look is None:
             return Step(Event.REJECTED, last.because)
         self._journal.write(look_record(attempt.node.id, look))
-        way: PathPrefix = ()
+        path_prefix: PathPrefix = ()
         if look.is_move:
             plan = self._ports.navigator.plan(look.pose)
             if plan.length_m is None:
                 return Step(Event.UNREACHED, plan.reason or NO_PATH)
-            way = plan.way
-        step = drive(look.pose, self._ports, self._policy, way)
+            path_prefix = plan.path_prefix
+        step = drive(look.pose, self._ports, self._policy, path_prefix)
         return Step(Event.LOOKED_AGAIN, look.reason) if step.event is Event.ARRIVED else step
 
     def _exclude(self, query: QueryProgress, last: Step) -> Step:

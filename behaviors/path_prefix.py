@@ -14,7 +14,7 @@ from openbelief.pose import Pose2, apply
 PathPrefix = tuple[tuple[float, float], ...]
 
 
-def way_is_blocked(goal: Pose2, way: PathPrefix, ports: Ports, policy: MissionPolicy) -> str | None:
+def way_is_blocked(goal: Pose2, path_prefix: PathPrefix, ports: Ports, policy: MissionPolicy) -> str | None:
     """Why the goal, or the first metres of the way to it, cannot be taken now; None where they can, or without a lidar.
 
     Raises StaleData or PoseUnavailable where two seconds of asking bring no cloud.
@@ -22,7 +22,7 @@ def way_is_blocked(goal: Pose2, way: PathPrefix, ports: Ports, policy: MissionPo
     if ports.lidar is None:
         return None
     found = _obstacles(ports.lidar, ports, policy)
-    return goal_blocked(found, goal) or way_blocked(found, np.reshape(way, (-1, 2)))
+    return goal_blocked(found, goal) or way_blocked(found, np.reshape(path_prefix, (-1, 2)))
 
 
 def is_crowded(ports: Ports, policy: MissionPolicy) -> str | None:

@@ -117,12 +117,12 @@ class NavigationFeedback:
 class PathPlan:
     """The answer to "could you get there?": a length where there is a path, else None and the reason.
 
-    way: (x, y) points of its first metres, map frame, where the planner tells them.
+    path_prefix: (x, y) points of its first metres, map frame, where the planner tells them.
     """
 
     length_m: float | None
     reason: str = ""
-    way: tuple[tuple[float, float], ...] = ()
+    path_prefix: tuple[tuple[float, float], ...] = ()
 
 
 @runtime_checkable

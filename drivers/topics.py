@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 class Topic:
     """One ROS topic. latched: TRANSIENT_LOCAL, so that who comes late still gets the last message.
 
-    rate_hz: as a robot sends it; None where it is sent once. max_bytes: a larger payload is dropped. How old a sample may
-    be is for its reader to say (MissionPolicy, SafetyPolicy).
+    rate_hz: as a robot sends it; None where it is sent once. max_bytes: a larger payload is dropped. How old a sample
+    may be is for its reader to say (MissionPolicy, SafetyPolicy).
     """
 
     name: str

@@ -93,7 +93,7 @@ def path_plan(response: Message) -> PathPlan:
         raise PortError(f"The path of Nav2's planner cannot be used: {error}") from error
     if len(points) == 0:
         return PathPlan(None, "No way was found: Nav2's planner returned an empty path.")
-    return PathPlan(path_length(points), way=_first(points))
+    return PathPlan(path_length(points), path_prefix=_first(points))
 
 
 def _first(points: Array) -> tuple[tuple[float, float], ...]:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
+from pydantic import AliasChoices, Field
 
 from drivers.ports import CameraFrame, LidarCloud
 from logs.trial.parts import Calibration, Input, PlanarPose, Segment
@@ -127,13 +128,13 @@ class Segments(Input):
 
 
 class Plan(Input):
-    """The planner's answer to "could you get there?". way: its first metres."""
+    """The planner's answer to "could you get there?". path_prefix: its first metres; trials of old called it `way`."""
 
     topic: ClassVar[str] = "/trial/plan"
     goal: PlanarPose
     length_m: float | None
     reason: str
-    way: tuple[tuple[float, float], ...] = ()
+    path_prefix: tuple[tuple[float, float], ...] = Field((), validation_alias=AliasChoices("path_prefix", "way"))
 
 
 class OperatorReply(Input):

@@ -155,8 +155,14 @@ class JournaledNavigator:
 
     def plan(self, goal: Pose2) -> PathPlan:
         plan = self._inputs.ask("navigator.plan", lambda: self._navigator.plan(goal))
-        way, pose = plan.way, records.PlanarPose.of(goal)
-        self._inputs.write(records.Plan(goal=pose, length_m=plan.length_m, reason=plan.reason, way=way))
+        self._inputs.write(
+            records.Plan(
+                goal=records.PlanarPose.of(goal),
+                length_m=plan.length_m,
+                reason=plan.reason,
+                path_prefix=plan.path_prefix,
+            )
+        )
         return plan
 
     def send(self, goal: Pose2) -> NavigationResult | None:

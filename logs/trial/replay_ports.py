@@ -212,7 +212,7 @@ class ReplayNavigator:
     def plan(self, goal: Pose2) -> PathPlan:
         record, _ = self._inputs.take(records.Plan, "navigator.plan")
         _same_goal("plan", goal, record.goal)
-        return PathPlan(record.length_m, record.reason, record.way)
+        return PathPlan(record.length_m, record.reason, record.path_prefix)
 
     def send(self, goal: Pose2) -> NavigationResult | None:
         self._ended = None

@@ -119,7 +119,7 @@ class Stage:
         self.stop_when: Callable[[], bool] = lambda: False
         self.on_perceive: Callable[[], None] = lambda: None
         self.cloud: Callable[[], Array] | None = None  # (n, 3) map points that the lidar sees; None: no lidar
-        self.way: tuple[tuple[float, float], ...] = ()  # what the planner tells of each path
+        self.path_prefix: tuple[tuple[float, float], ...] = ()  # what the planner tells of each path
         self.verdict: Callable[[Pose2 | None], SafetyVerdict] | None = None  # None: nobody supervises
         self.told: list[str] = []
         self.sent: list[Pose2] = []
@@ -188,7 +188,11 @@ class StageNavigator:
 
     def plan(self, goal: Pose2) -> PathPlan:
         why = self.stage.no_path(goal)
-        return PathPlan(None, why) if why else PathPlan(goal.distance_to(self.stage.robot), way=self.stage.way)
+        return (
+            PathPlan(None, why)
+            if why
+            else PathPlan(goal.distance_to(self.stage.robot), path_prefix=self.stage.path_prefix)
+        )
 
     def send(self, goal: Pose2) -> NavigationResult | None:
         self.stage.sent.append(goal)

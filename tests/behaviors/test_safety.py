@@ -97,7 +97,7 @@ def test_after_a_hold_a_way_that_is_gone_is_not_taken(s, make):
 def test_a_move_to_look_again_is_planned_and_looked_at_like_any_other(stage, make):
     hood = make.box(5.0, 2.0, None, None, size=0.6, in_map=False)
     s = stage([make.box(5.0, 2.0, "fire extinguisher", "fire extinguisher"), hood])
-    s.way = ((0.6, 7.0), (1.4, 7.0))
+    s.path_prefix = ((0.6, 7.0), (1.4, 7.0))
     s.cloud = lambda: blob(1.0, 7.0) if s.sent else NOTHING  # stands on the way once the robot has arrived
     outcome = s.run()
     [move] = [g for g in s.of(records.Goal) if g.purpose == "re-observe" and "move" in g.reason]
@@ -177,7 +177,7 @@ def test_a_goal_that_the_lidar_sees_blocked_moves_to_the_next_best_pose_with_tha
 
 
 def test_a_way_that_the_lidar_sees_blocked_is_not_walked(s):
-    s.way = ((1.0, 1.0), (1.5, 1.0), (2.0, 1.0))
+    s.path_prefix = ((1.0, 1.0), (1.5, 1.0), (2.0, 1.0))
     s.cloud = lambda: blob(2.0, 1.0)
     outcome = s.run()
     assert (outcome.end, outcome.set_aside) == (End.NAVIGATION_FAILED, (0,))
@@ -203,7 +203,7 @@ def test_a_crowded_robot_with_nowhere_else_to_go_looks_from_where_it_is(s):
 
 def test_verdicts_and_clouds_come_back_from_the_trials_file_and_replay_to_the_same_decisions(s, make, tmp_path):
     s.cloud, s.drives = lambda: blob(1.0, 7.0), [make.drive(end=None), make.drive()]
-    s.way = ((1.0, 1.0), (1.5, 1.0))
+    s.path_prefix = ((1.0, 1.0), (1.5, 1.0))
     s.verdict = script((10, GO), (20, wrong(Reaction.HOLD)), (1, GO))
     s.memory.save(tmp_path / "site.belief")
     outcome, failure = run_recorded(
@@ -223,6 +223,9 @@ def test_verdicts_and_clouds_come_back_from_the_trials_file_and_replay_to_the_sa
     kept = replayed.trial.records
     assert [v.reaction for v in kept if isinstance(v, records.Supervised)] == ["hold", "go"]
     plans = [p for p in kept if isinstance(p, records.Plan)]
-    assert [plan.way for plan in plans] == [s.way, s.way]  # before the drive, and again after the hold
+    assert [plan.path_prefix for plan in plans] == [
+        s.path_prefix,
+        s.path_prefix,
+    ]  # before the drive, and again after the hold
     clouds = [e.attached for e in replayed.trial.entries if isinstance(e.record, records.Cloud)]
     assert {len(cloud.points) for cloud in clouds} == {20}

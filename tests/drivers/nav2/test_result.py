@@ -38,7 +38,7 @@ def test_a_path_has_its_length():
 )
 def test_of_a_path_the_first_metres_are_told_to_their_very_end(points, way):
     path = path_message(np.array(points), 0)
-    assert np.allclose(path_plan(planned(SUCCEEDED, path=path)).way, way)
+    assert np.allclose(path_plan(planned(SUCCEEDED, path=path)).path_prefix, way)
 
 
 def test_an_aborted_plan_says_why_where_the_distribution_can():

@@ -1,7 +1,10 @@
 from __future__ import annotations
 
+import json
+
 import pytest
 
+from logs.trial import records
 from logs.trial.compare import BY_PERCEPTION, compare_decisions
 from logs.trial.records import Check, Checks, Transition
 
@@ -55,3 +58,8 @@ def test_another_event_is_a_difference_whatever_the_tolerance():
     now = Transition(source="verify", event="rejected", target="exclude", because="0.40")
     difference = compare_decisions([then], [now], BY_PERCEPTION)
     assert difference is not None and difference.field == "event" and "0.40" in str(difference)
+
+
+def test_a_plan_of_an_old_trial_is_read_in_the_new_words():
+    old = {"goal": {"x": 1.0, "y": 2.0, "yaw": 0.0}, "length_m": 3.0, "reason": "", "way": [[0.5, 1.0], [1.0, 2.0]]}
+    assert records.Plan.model_validate_json(json.dumps(old)).path_prefix == ((0.5, 1.0), (1.0, 2.0))
