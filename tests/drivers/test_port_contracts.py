@@ -92,7 +92,7 @@ def realsense(request: pytest.FixtureRequest) -> Body:
     camera = RealSenseCamera(RealSenseSettings(), clock, open_device=opener)
     request.addfinalizer(camera.close)
     camera.start()
-    request.getfixturevalue("eventually")(lambda: camera.health().domain is not None, within_s=20)
+    request.getfixturevalue("eventually")(lambda: camera.health().domain is not None)
     return Body(camera, clock, lambda: setattr(state, "fault", Fault.SILENT))
 
 

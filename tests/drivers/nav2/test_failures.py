@@ -53,7 +53,7 @@ def test_a_silent_link_is_noticed_within_the_bridges_lease(silent_wire, eventual
         with ZenohLink(LinkConfig((wire.endpoint,))) as link:
             assert link.alive
             wire.silent.set()
-            eventually(lambda: not link.alive, within_s=3.0)
+            eventually(lambda: not link.alive)
             wire.cut()
 
 
@@ -188,7 +188,7 @@ def test_after_a_reconnection_the_goals_end_is_still_learned(make_rig, silent_wi
     rig.clock.sleep(30.0)  # the robot arrives unwatched
     assert rig.nav.result() is None
     wires[0].mend()
-    eventually(lambda: rig.nav.result() is not None, within_s=10.0)
+    eventually(lambda: rig.nav.result() is not None)
     assert rig.nav.result().status == NavigationStatus.SUCCEEDED
 
 
