@@ -14,6 +14,7 @@ from openbelief.observation import Mask, RgbdFrame
 from openbelief.perception.ports import FrameUnseen, Perception, TextEncoder
 from openbelief.rooms import Room
 from openbelief.store import BeliefStore
+from openbelief.surroundings import CameraView, ViewImages, is_keyframe, view_of
 
 Stage = Callable[[str], AbstractContextManager[object]]
 STAGES = ("perceive", "acquire", "keep", "build", "seal")
@@ -95,7 +96,14 @@ def _keep(frame: RgbdFrame, masks: list[Mask], store: BeliefStore, taken: Taken,
     taken.observations += len(observations)
     taken.refused.update(refusal.reason for refusal in refusals)
     with stage("keep"):
-        store.add_frame(frame.recording, frame.stamp_ns, observations, counts=taken.as_json())
+        view = _keyframe(frame, store)
+        store.add_frame(frame.recording, frame.stamp_ns, observations, counts=taken.as_json(), view=view)
+
+
+def _keyframe(frame: RgbdFrame, store: BeliefStore) -> tuple[CameraView, ViewImages] | None:
+    """The frame as a view of the site, None where the camera hardly moved since the last one."""
+    last = store.last_view_pose(frame.recording, frame.stamp_ns)
+    return view_of(frame) if is_keyframe(frame.T_map_camera, last) else None
 
 
 def build_memory(
@@ -111,6 +119,7 @@ def build_memory(
             frames=store.frames(),
             about=store.about,
             rooms=rooms,
+            surroundings=store.surroundings(),
         )
     with stage("seal"):
         store.finish(memory)

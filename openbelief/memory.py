@@ -23,6 +23,7 @@ from openbelief.phrase import is_background
 from openbelief.projection import check_projection, project_language, project_node
 from openbelief.retrieval import Candidate, best_first, check_readout, score
 from openbelief.rooms import Room, room_at
+from openbelief.surroundings import Surroundings
 from openbelief.target_phrase import target_phrase
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ class ObjectMemory:
 
     observations, digests, partition: the evidence in canonical order, its hashes, and the object each belongs to.
     embeddings: phrase -> (d,) float32. frames: what mapping dealt with. about: where it came from (JSON). rooms: where
-    things are said to stand; they rank nothing, and the content hash does not cover them.
+    things stand, given ones first; surroundings: keyframes and maps. The content hash covers neither.
     """
 
     objects: tuple[ObjectNode, ...]
@@ -63,6 +64,7 @@ class ObjectMemory:
     frames: tuple[FrameRecord, ...] = field(repr=False)
     about: Mapping[str, Any] = field(repr=False)
     rooms: tuple[Room, ...] = field(repr=False, default=())
+    surroundings: Surroundings = field(repr=False, default=Surroundings())
     text_encoder: TextEncoder | None = field(repr=False, default=None)
 
     @classmethod
@@ -76,6 +78,7 @@ class ObjectMemory:
         frames: Iterable[FrameRecord] = (),
         about: Mapping[str, Any] | None = None,
         rooms: Iterable[Room] = (),
+        surroundings: Surroundings | None = None,
     ) -> ObjectMemory:
         """Associate, then believe. Object ids are ranks by each object's smallest (recording, frame, mask).
 
@@ -100,6 +103,7 @@ class ObjectMemory:
             frames=tuple(sorted(frames)) or _frames_of(evidence),
             about=about or {},
             rooms=tuple(rooms),
+            surroundings=surroundings or Surroundings(),
             text_encoder=text_encoder,
         )
 
@@ -125,6 +129,7 @@ class ObjectMemory:
             frames=stored.frames,
             about=meta["about"],
             rooms=stored.rooms,
+            surroundings=stored.surroundings,
         )
         if memory.content_hash != meta["content_hash"]:
             raise store.BeliefFileError(store.damaged(Path(path), "its content hash is not what its evidence gives"))
@@ -142,8 +147,12 @@ class ObjectMemory:
     def with_rooms(self, rooms: Iterable[Room]) -> ObjectMemory:
         """The same memory, of the same content hash, whose objects stand in these rooms."""
         named = tuple(rooms)
-        nodes = tuple(replace(node, room=room_at(node.centroid[:2], named)) for node in self.objects)
+        nodes = tuple(replace(node, room=room_at(node.centroid, named)) for node in self.objects)
         return replace(self, objects=nodes, rooms=named)
+
+    def with_surroundings(self, surroundings: Surroundings) -> ObjectMemory:
+        """The same memory, of the same content hash, with these keyframes and maps."""
+        return replace(self, surroundings=surroundings)
 
     def rebuilt(self, parameters: Parameters) -> ObjectMemory:
         """The memory that other parameters make of the same evidence; needs neither perception nor text encoder.
@@ -167,6 +176,7 @@ class ObjectMemory:
             frames=self.frames,
             about=self.about,
             rooms=self.rooms,
+            surroundings=self.surroundings,
             text_encoder=self.text_encoder,
         )
 

@@ -90,7 +90,7 @@ def make_node(
         aabb=read_only(np.array([points.min(axis=0), points.max(axis=0)])),
         centroid=read_only(centroid),
         heaviest_phrase=max(support, key=support.__getitem__, default=None),
-        room=room_at(centroid[:2], rooms),
+        room=room_at(centroid, rooms),
     )
 
 

@@ -1,4 +1,4 @@
-"""Named areas of the floor: they tell people where a thing is, and nothing ranks by them."""
+"""Named areas of the floor, given by people or derived from the map: where a thing stands."""
 
 from __future__ import annotations
 
@@ -13,17 +13,23 @@ from openbelief.phrase import printable
 from openbelief.polygon import inside
 
 NAME_MAX = 60
+NEEDED, KNOWN = {"name", "polygon"}, {"name", "polygon", "heights_m", "given", "because"}  # of a room in JSON
 
 
 @dataclass(frozen=True, eq=False)
 class Room:
     """A named area of the floor. polygon_xy: (n, 2) corners in order, map frame, metres, n >= 3.
 
-    Raises ValueError on a name that cannot be shown in one line, or corners that enclose nothing.
+    given: a person said so; else it was derived from the map, and `because` says what its name rests on. heights_m:
+    the (from, to) z of what stands on its floor, where storeys lie above each other; None holds at any height. Raises
+    ValueError on a name that cannot be shown in one line, corners that enclose nothing, or heights that are no range.
     """
 
     name: str
     polygon_xy: Array
+    given: bool = True
+    because: str = ""
+    heights_m: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name or printable(self.name, NAME_MAX) != self.name:
@@ -32,25 +38,37 @@ class Room:
         if corners is None or _area(corners) == 0:
             raise ValueError(f"Room {self.name!r}: polygon should be (n, 2) finite corners, n >= 3, around an area.")
         object.__setattr__(self, "polygon_xy", read_only(corners))
+        if self.heights_m is not None:
+            object.__setattr__(self, "heights_m", _heights(self.heights_m, self.name))
 
-    def contains(self, xy: Array) -> bool:
-        """Even-odd rule; a point on the border may count either way."""
-        return bool(inside(xy, self.polygon_xy)[0])
+    def contains(self, point: Array) -> bool:
+        """(x, y) or (x, y, z). Even-odd rule; a point on the border may count either way."""
+        low, high = self.heights_m or (-np.inf, np.inf)
+        return bool((len(point) < 3 or low <= point[2] < high) and inside(point[:2], self.polygon_xy)[0])
 
     def as_json(self) -> dict[str, Any]:
-        return {"name": self.name, "polygon": self.polygon_xy.tolist()}
+        said: dict[str, Any] = {"name": self.name, "polygon": self.polygon_xy.tolist()}
+        if self.heights_m is not None:
+            said["heights_m"] = list(self.heights_m)
+        return said if self.given else {**said, "given": False, "because": self.because}
 
 
-def room_at(xy: Array, rooms: Iterable[Room]) -> str | None:
-    """The first room that holds a point of the map; None where none does."""
-    return next((room.name for room in rooms if room.contains(xy)), None)
+def room_at(point: Array, rooms: Iterable[Room]) -> str | None:
+    """The first room that holds a point (x, y) or (x, y, z) of the map; None where none does."""
+    return next((room.name for room in rooms if room.contains(point)), None)
 
 
 def rooms_of(entries: Any) -> tuple[Room, ...]:
-    """Rooms of a JSON value, `[{"name": "kitchen", "polygon": [[x, y], ...]}, ...]`. Raises ValueError in one line."""
-    if not isinstance(entries, list) or not all(isinstance(e, dict) and set(e) == {"name", "polygon"} for e in entries):
+    """Rooms of a JSON value, `[{"name": "kitchen", "polygon": [[x, y], ...]}, ...]`. Raises ValueError in one line.
+
+    "heights_m": [from, to] says which storey; "given": false and "because" are those of a derived room.
+    """
+    if not isinstance(entries, list) or not all(isinstance(e, dict) and NEEDED <= set(e) <= KNOWN for e in entries):
         raise ValueError('Rooms should be a list of {"name": ..., "polygon": [[x, y], ...]}, metres in the map frame.')
-    rooms = tuple(Room(entry["name"], entry["polygon"]) for entry in entries)
+    rooms = tuple(
+        Room(e["name"], e["polygon"], e.get("given", True) is True, str(e.get("because", "")), e.get("heights_m"))
+        for e in entries
+    )
     names = [room.name for room in rooms]
     if twice := [name for name in names if names.count(name) > 1]:
         raise ValueError(f"Two rooms are called {twice[0]!r}: a room is one polygon.")
@@ -65,6 +83,15 @@ def _corners(polygon: Array | Sequence[Any]) -> Array | None:
         return None
     shaped = corners.ndim == 2 and corners.shape[1] == 2 and len(corners) >= 3
     return corners if shaped and np.isfinite(corners).all() else None
+
+
+def _heights(heights: Any, name: str) -> tuple[float, float]:
+    """(from, to) with from < to; raises ValueError."""
+    if isinstance(heights, list | tuple) and len(heights) == 2 and all(type(z) in (int, float) for z in heights):
+        low, high = (float(z) for z in heights)
+        if np.isfinite([low, high]).all() and low < high:
+            return low, high
+    raise ValueError(f"Room {name!r}: heights_m should be [from, to] in metres, from < to, got {heights!r:.60}.")
 
 
 def _area(corners: Array) -> float:

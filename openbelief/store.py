@@ -16,12 +16,14 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
+from openbelief import surroundings_rows
 from openbelief.arrays import Array
 from openbelief.evidence import FrameRecord, canonical_order
 from openbelief.observation import Observation
 from openbelief.parameters import Parameters
 from openbelief.rooms import Room, rooms_of
 from openbelief.store_rows import COLUMNS, SCHEMA, blob, floats, from_row, seal, to_row
+from openbelief.surroundings import CameraView, StoreyMap, Surroundings, ViewImages
 
 if TYPE_CHECKING:
     from openbelief.memory import ObjectMemory
@@ -44,6 +46,7 @@ class Stored:
     embeddings: dict[str, Array]
     frames: tuple[FrameRecord, ...]
     rooms: tuple[Room, ...]
+    surroundings: Surroundings
     meta: dict[str, Any]
 
 
@@ -88,7 +91,10 @@ class BeliefStore:
         rows = [(key, json.dumps(value, allow_nan=False)) for key, value in meta.items()]
         with _unwritten(target):
             db = _connect_for_writing(target)
-            db.executescript(f"PRAGMA application_id={APPLICATION_ID}; PRAGMA user_version={FORMAT}; BEGIN; {SCHEMA}")
+            db.executescript(
+                f"PRAGMA application_id={APPLICATION_ID}; PRAGMA user_version={FORMAT}; "
+                f"BEGIN; {SCHEMA} {surroundings_rows.SCHEMA}"
+            )
             db.executemany("INSERT INTO meta VALUES (?, ?)", rows)
             db.execute("COMMIT")  # before WAL: the header alone must say whose file this is
             db.execute("PRAGMA journal_mode=WAL")
@@ -103,6 +109,7 @@ class BeliefStore:
             db = _connect_for_writing(target)
             _refuse_other_formats(db, target)
             db.execute("PRAGMA journal_mode=WAL")
+            db.executescript(surroundings_rows.SCHEMA)  # a file from before there were any
             return cls(db, target)
 
     def frames_done(self, recording: str) -> set[int]:
@@ -119,10 +126,12 @@ class BeliefStore:
         observations: Iterable[Observation],
         skipped: str | None = None,
         counts: Mapping[str, Any] | None = None,
+        view: tuple[CameraView, ViewImages] | None = None,
     ) -> None:
         """One frame, all of it or nothing. ValueError: a frame done already, or another recording's evidence.
 
-        counts: what the mapper has counted with this frame (JSON), kept with it as `counts` for a run that goes on.
+        view: where it was taken and what it showed, for a keyframe. counts: what the mapper has counted with this frame
+        (JSON), kept with it as `counts` for a run that goes on.
         """
         rows = [to_row(o) for o in observations]
         if strangers := {row[0] for row in rows} - {recording}:
@@ -133,9 +142,25 @@ class BeliefStore:
             self._db.execute("DELETE FROM meta WHERE key IN ('content_hash', 'seal')")
             self._db.execute("INSERT INTO frames VALUES (?, ?, ?)", (recording, int(stamp_ns), skipped))
             self._insert(rows)
+            if view is not None:
+                surroundings_rows.insert_view(self._db, *view)
             if counts is not None:
                 self._set_meta("counts", dict(counts))
         self.counts = self.counts if counts is None else dict(counts)
+
+    def last_view_pose(self, recording: str, stamp_ns: int) -> Array | None:
+        """(4, 4) T_map_camera of the recording's latest keyframe before a stamp; None where there is none."""
+        return surroundings_rows.last_pose(self._db, recording, stamp_ns)
+
+    def add_map(self, storey_map: StoreyMap) -> None:
+        """A recording's navigation map of one height; one that is there already is replaced."""
+        with self._transaction():
+            self._db.execute("DELETE FROM meta WHERE key IN ('content_hash', 'seal')")
+            surroundings_rows.insert_map(self._db, storey_map)
+
+    def surroundings(self) -> Surroundings:
+        """Keyframes and maps so far; their images can be read while the store is open."""
+        return surroundings_rows.read_surroundings(self._db, lambda key: surroundings_rows.read_images(self._db, key))
 
     def observations(self) -> list[Observation]:
         """All evidence so far, in the order it was added."""
@@ -156,6 +181,7 @@ class BeliefStore:
             self._set_meta("parameters", memory.parameters.to_dict())
             self._set_meta("rooms", [room.as_json() for room in memory.rooms])
             self._set_meta("content_hash", memory.content_hash)
+            self._set_meta("surroundings_seal", surroundings_rows.seal_surroundings(self._db))
             self._set_meta("seal", seal(self._db))
         self._db.execute("PRAGMA journal_mode=DELETE")  # a WAL file copied without its companion is broken
         self.close()
@@ -202,7 +228,7 @@ def read(path: str | os.PathLike[str]) -> Stored:
             raise BeliefFileError(_unfinished(target))
         if meta["seal"] != seal(db):
             raise BeliefFileError(damaged(target, "its content does not match its seal"))
-        return _read_all(db, meta)
+        return _read_all(db, meta, target)
 
 
 def write(path: str | os.PathLike[str], memory: ObjectMemory) -> None:
@@ -236,6 +262,7 @@ def _write(target: Path, memory: ObjectMemory) -> None:
                 frames = [(f.recording, f.stamp_ns, f.skipped) for f in memory.frames]
                 store._db.executemany("INSERT INTO frames VALUES (?, ?, ?)", frames)
                 store._insert([to_row(o) for o in memory.observations])
+                surroundings_rows.insert_all(store._db, memory.surroundings)
             store.finish(memory)
         partial.replace(target)
     finally:
@@ -252,14 +279,37 @@ def _connect_frozen(path: Path) -> sqlite3.Connection:
     return sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro&immutable=1", uri=True)
 
 
-def _read_all(db: sqlite3.Connection, meta: dict[str, Any]) -> Stored:
+def read_surroundings(path: Path) -> Surroundings:
+    """The keyframes and maps of a finished file. Raises BeliefFileError."""
+    _refuse_foreign(path)
+    with _one_line_errors(path), closing(_connect_frozen(path)) as db:
+        return _read_surroundings(db, _read_meta(db), path)
+
+
+def read_images(path: Path, key: tuple[str, int]) -> ViewImages:
+    """Depth and picture of one keyframe of a finished file. Raises BeliefFileError."""
+    _refuse_foreign(path)
+    with _one_line_errors(path), closing(_connect_frozen(path)) as db:
+        return surroundings_rows.read_images(db, key)
+
+
+def _read_surroundings(db: sqlite3.Connection, meta: dict[str, Any], path: Path) -> Surroundings:
+    if not surroundings_rows.has_surroundings(db):
+        return Surroundings()  # a file from before there were any
+    if meta.get("surroundings_seal") != surroundings_rows.seal_surroundings(db):
+        raise BeliefFileError(damaged(path, "its keyframes and maps do not match their seal"))
+    return surroundings_rows.read_surroundings(db, lambda key: read_images(path, key))
+
+
+def _read_all(db: sqlite3.Connection, meta: dict[str, Any], path: Path) -> Stored:
     rows = db.execute(f"SELECT {COLUMNS}, object FROM observations ORDER BY id").fetchall()
     observations = [from_row(row[:-1]) for row in rows]
     order, digests = canonical_order(observations)
     partition = [rows[i][-1] for i in order]
     embeddings = {phrase: floats(row) for phrase, row in db.execute("SELECT phrase, embedding FROM phrases")}
     rooms = rooms_of(meta.get("rooms", []))  # older files name none
-    return Stored([observations[i] for i in order], digests, partition, embeddings, _read_frames(db), rooms, meta)
+    in_order, surroundings = [observations[i] for i in order], _read_surroundings(db, meta, path)
+    return Stored(in_order, digests, partition, embeddings, _read_frames(db), rooms, surroundings, meta)
 
 
 def _read_frames(db: sqlite3.Connection) -> tuple[FrameRecord, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -21,7 +21,7 @@ from openbelief.perception.prefetcher import Prefetcher
 from openbelief.perception.recorded import RecordedPerceptionError
 from openbelief.perception.stages import StagedPerception
 from openbelief.rooms import Room
-from openbelief.store import BeliefFileError, BeliefStore
+from openbelief.store import BeliefFileError, BeliefStore, read_surroundings
 from robot_app.cli import Failure, Usage
 from robot_app.perceptions import kind_of
 from robot_app.stopwatch import Stopwatch
@@ -107,7 +107,7 @@ def run_map(job: MapJob, text_encoder: TextEncoder, progress: Progress) -> MapRe
     except (LogError, RecordingError, RecordedPerceptionError, BeliefFileError) as error:
         raise Failure(str(error)) from error
     job.partial.replace(job.out)
-    return result
+    return replace(result, memory=result.memory.with_surroundings(read_surroundings(job.out)))
 
 
 def _map(job: MapJob, text_encoder: TextEncoder, progress: Progress, opened: ExitStack) -> MapResult:
@@ -219,6 +219,8 @@ def _take(source: _Source, job: MapJob, store: BeliefStore, clock: Stopwatch, pr
         if skip.stamp_ns not in kept:
             store.add_frame(source.recording, skip.stamp_ns, [], skipped=f"{skip.reason}: {skip.detail}")
             kept.add(skip.stamp_ns)
+    for storey_map in source.reader.storey_maps()[0]:
+        store.add_map(storey_map)
 
 
 @contextmanager

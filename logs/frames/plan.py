@@ -31,6 +31,7 @@ from openbelief.arrays import Array
 from openbelief.observation import Intrinsics
 
 CAMERA_INFO, TF = "sensor_msgs/msg/CameraInfo", "tf2_msgs/msg/TFMessage"
+GRID, MAP_TOPIC = "nav_msgs/msg/OccupancyGrid", "/map"
 TRANSFORM_REASONS: dict[type[PoseUnavailable], str] = {
     TransformMissing: "no transform to the map",
     TransformNotYet: "no transform at its stamp",
@@ -88,23 +89,31 @@ class PlannedFrame:
 
 @dataclass
 class Scan:
-    """What one pass over a recording found, by topic; heads are (stamp_ns, frame_id) in the order of the file."""
+    """What one pass over a recording found, by topic; heads are (stamp_ns, frame_id) in the order of the file.
+
+    maps: the newest navigation map of each height (z of its origin, decimetres).
+    """
 
     color: dict[str, list[tuple[int, str]]] = field(default_factory=lambda: defaultdict(list))
     depth: dict[str, list[tuple[int, str]]] = field(default_factory=lambda: defaultdict(list))
     infos: dict[str, dict[int, Message]] = field(default_factory=lambda: defaultdict(dict))
     tree: TransformTree = field(default_factory=TransformTree)
     unreadable: Counter[str] = field(default_factory=Counter)
+    maps: dict[int, Message] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class FramePlan:
-    """topics: as chosen. frames and skips: in the order of the file. unreadable: messages that are not their type."""
+    """topics: as chosen. frames and skips: in the order of the file. unreadable: messages that are not their type.
+
+    maps: the navigation maps, the newest of each height.
+    """
 
     topics: RecordingTopics
     frames: list[PlannedFrame]
     skips: list[Skip]
     unreadable: Counter[str]
+    maps: list[Message]
 
 
 class SkipFrame(Exception):
@@ -119,6 +128,7 @@ def scan(reader: LogReader, max_tf_gap_s: float) -> Scan:
     """One pass over the recording: transforms, calibrations and the stamps of all pictures."""
     found = Scan(tree=TransformTree(max_gap_s=max_tf_gap_s))
     handlers = {IMAGE: _add_image, COMPRESSED_IMAGE: _add_image, CAMERA_INFO: _add_info, TF: _add_transforms}
+    handlers[GRID] = _add_map
     for message in reader:
         if message.type_name in handlers and message.encoding == "cdr":
             try:
@@ -145,7 +155,7 @@ def plan_frames(found: Scan, options: PlanOptions, name: str) -> FramePlan:
             frames.append(pairing.frame(index, stamp_ns, frame_id))
         except SkipFrame as skip:
             skips.append(Skip(index, stamp_ns, skip.reason, skip.detail))
-    return FramePlan(chosen, frames, skips, found.unreadable)
+    return FramePlan(chosen, frames, skips, found.unreadable, [found.maps[z] for z in sorted(found.maps)])
 
 
 def choose_topics(found: Scan, topics: RecordingTopics, name: str) -> RecordingTopics:
@@ -236,6 +246,12 @@ def _add_image(found: Scan, message: LogMessage) -> None:
 def _add_info(found: Scan, message: LogMessage) -> None:
     info = decode(message.payload, message.type_name)
     found.infos[message.topic].setdefault(stamp_to_ns(info.header.stamp), info)
+
+
+def _add_map(found: Scan, message: LogMessage) -> None:
+    if message.topic == MAP_TOPIC:
+        grid = decode(message.payload, message.type_name)
+        found.maps[round(10 * grid.info.origin.position.z)] = grid
 
 
 def _add_transforms(found: Scan, message: LogMessage) -> None:

@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
+from drivers.ros.convert import grid_of
 from drivers.ros.images import ImageRefused, color_image, depth_image
 from drivers.ros.messages import Message, WireError, decode, stamp_to_ns
 from logs.frames.plan import (
@@ -23,6 +24,7 @@ from logs.frames.plan import (
 )
 from logs.mcap_io.reader import LogReader
 from openbelief.observation import RgbdFrame
+from openbelief.surroundings import StoreyMap
 
 __all__ = ["FrameReader", "RecordingError", "RecordingTopics", "recording_id"]
 
@@ -81,6 +83,16 @@ class FrameReader:
     def damage(self) -> str | None:
         """What is wrong with the file after the last frame, None where it was read to its end."""
         return self._log.damage
+
+    def storey_maps(self) -> tuple[list[StoreyMap], list[str]]:
+        """The navigation maps, and why others cannot be used."""
+        maps, unusable = [], []
+        for message in self.plan.maps:
+            try:
+                maps.append(StoreyMap(self.recording, grid_of(message), float(message.info.origin.position.z) + 0.0))
+            except WireError as error:
+                unusable.append(str(error))
+        return maps, unusable
 
     def __iter__(self) -> Iterator[RgbdFrame]:
         return self.frames()

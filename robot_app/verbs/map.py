@@ -117,6 +117,7 @@ def _report(out: Path, result: MapResult) -> dict[str, Any]:
                 "skipped": dict(reader.skipped),
                 "first_skips": _first_of_each(reader.skips),
                 "damage": reader.damage,
+                "maps_unusable": reader.storey_maps()[1],
             }
             for reader in result.readers
         ],
@@ -165,6 +166,7 @@ def _text(report: dict[str, Any]) -> str:
             lines.append(f"skipped {count} x {reason}" + (f" (first: {example})" if example else ""))
         if each["damage"]:
             lines.append(f"{each['recording']} is damaged: {each['damage']}. Mapped what lies before the damage.")
+        lines += [f"{each['recording']}: its navigation map is not used. {why}" for why in each["maps_unusable"]]
     lines += [f"could not look at {n} frames: {reason}" for reason, n in Counter(report["frames_unseen"]).most_common()]
     lines += [f"refused {n} masks: {reason}" for reason, n in Counter(report["masks_refused"]).most_common()]
     lines += alarm_lines(report["extent_alarms"])
