@@ -6,7 +6,7 @@ from behaviors.events import NAVIGATION_EVENTS, NO_PATH, REPLIES, USE_THE_REMOTE
 from behaviors.path_prefix import PathPrefix, way_is_blocked
 from behaviors.policy import MissionPolicy
 from behaviors.supervisor import GOAL_ZONE
-from drivers.ports import NavigationResult, NavigationStatus, Ports, Reaction, SafetyVerdict
+from drivers.ports import NavigationResult, NavigationStatus, Ports, Question, Reaction, SafetyVerdict
 from openbelief.pose import Pose2
 
 POLL_S = 0.05  # 20 Hz: a STOP is acted on within 50 ms of the clock
@@ -55,8 +55,8 @@ def _driven(goal: Pose2, ports: Ports, policy: MissionPolicy, holds: int = 0) ->
     end = ports.navigator.send(goal)
     deadline_ns = ports.clock.now_ns() + round(policy.navigation_timeout_s * 1e9)
     while end is None:
-        if because := ports.operator.stop_requested():
-            return _stopped(because, ports)
+        if stop := ports.operator.stop_requested():
+            return _stopped(stop.because, ports)
         verdict = _verdict(goal, ports)
         if verdict.reaction in STOPPING:
             return _supervised(verdict, goal, ports, policy, holds)
@@ -88,7 +88,7 @@ def _supervised(verdict: SafetyVerdict, goal: Pose2, ports: Ports, policy: Missi
     ports.operator.tell(f"The robot was stopped: {verdict.sentence}")
     if verdict.reaction is Reaction.CANCEL or holds >= HOLDS_MAX:
         return Step(Event.FAULT, verdict.sentence)
-    step = _wait(verdict, goal, ports) or _agreed(verdict, ports, policy) or _unsent_again(goal, ports, policy)
+    step = _wait(verdict, goal, ports) or _agreed(verdict, goal, ports, policy) or _unsent_again(goal, ports, policy)
     return step or _driven(goal, ports, policy, holds + 1)
 
 
@@ -104,8 +104,8 @@ def _wait(verdict: SafetyVerdict, goal: Pose2, ports: Ports) -> Step | None:
     """None once nothing holds the robot any more; it stands meanwhile."""
     deadline_ns = ports.clock.now_ns() + round(HOLD_S * 1e9)
     while verdict.reaction is not Reaction.GO:
-        if because := ports.operator.stop_requested():
-            return Step(Event.STOP, because)
+        if stop := ports.operator.stop_requested():
+            return Step(Event.STOP, stop.because)
         if verdict.condition == GOAL_ZONE:  # another goal mends it
             return Step(Event.UNREACHED, verdict.sentence)
         if verdict.reaction is not Reaction.HOLD or ports.clock.now_ns() > deadline_ns:
@@ -115,12 +115,12 @@ def _wait(verdict: SafetyVerdict, goal: Pose2, ports: Ports) -> Step | None:
     return None
 
 
-def _agreed(verdict: SafetyVerdict, ports: Ports, policy: MissionPolicy) -> Step | None:
+def _agreed(verdict: SafetyVerdict, goal: Pose2, ports: Ports, policy: MissionPolicy) -> Step | None:
     """A hold that is over never moves the robot by itself, unless the configuration allows motion without asking."""
     if policy.motion == "allow":
         return None
     question = f"I stopped because: {verdict.sentence} That is over. May I walk on?"
-    event, because = REPLIES[ports.operator.confirm(question, policy.confirm_timeout_s)]
+    event, because = REPLIES[ports.operator.confirm(Question(question, goal=goal), policy.confirm_timeout_s).word]
     return None if event is Event.APPROVED else Step(Event.STOP, because)
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
-from drivers.ports import NavigationStatus
+from drivers.ports import Approval, NavigationStatus
 
 
 class Event(StrEnum):
@@ -19,6 +19,8 @@ class Event(StrEnum):
     NONE_VERIFIED = "none_verified"  # the same, and no candidate was ever verified
     APPROVED = "approved"
     DECLINED = "declined"
+    SKIPPED = "skipped"  # the operator wants another than this candidate
+    TAKEN = "taken"  # the operator wants that candidate first
     ARRIVED = "arrived"
     NEXT_POSE = "next_pose"
     UNREACHED = "unreached"
@@ -45,6 +47,7 @@ class End(StrEnum):
 NO_CANDIDATE_LEFT = "no candidate left"
 BUDGET_REACHED = "attempt budget reached"
 NO_PATH = "the planner finds no path"
+NONE_WANTED = f"{NO_CANDIDATE_LEFT} that the operator wants"
 USE_THE_REMOTE = "the robot may still be moving: use the remote"
 
 # When each end is reached, for docs/mission.md and the console.
@@ -83,10 +86,12 @@ ENDING = {Event.EXHAUSTED, Event.NONE_VERIFIED, Event.DECLINED, Event.MATCHED, E
 
 # The operator's answers to "may I?".
 REPLIES = {
-    "yes": (Event.APPROVED, "the operator said yes"),
-    "no": (Event.DECLINED, "the operator said no"),
-    "expired": (Event.DECLINED, "nobody answered in time"),
-    "stop": (Event.STOP, "the operator said stop"),
+    Approval.YES: (Event.APPROVED, "the operator said yes"),
+    Approval.NO: (Event.DECLINED, "the operator said no"),
+    Approval.NOT_THIS_ONE: (Event.SKIPPED, "the operator said: not this one"),
+    Approval.TAKE: (Event.TAKEN, "the operator chose another candidate"),
+    Approval.EXPIRED: (Event.DECLINED, "nobody answered in time"),
+    Approval.STOP: (Event.STOP, "the operator said stop"),
 }
 
 
@@ -107,7 +112,8 @@ class Outcome:
     visits: int
     object_id: int | None  # the confirmed object
     rejected: tuple[int, ...]  # R_q, in the order of rejection
-    set_aside: tuple[int, ...]  # U: unreached, or no pose can see it
+    set_aside: tuple[int, ...]  # U: unreached, no pose can see it, or declined
+    declined: tuple[int, ...] = ()  # the part of U that the operator did not want
 
     def as_json(self) -> dict[str, Any]:
         """The one form in which ask, run, demo and replay give a mission's outcome to programs."""
@@ -118,4 +124,5 @@ class Outcome:
             "object_id": self.object_id,
             "rejected": list(self.rejected),
             "set_aside": list(self.set_aside),
+            "declined": list(self.declined),
         }

@@ -3,7 +3,7 @@
     R <- {}                                            query
     for k = 1 .. K_max:                                exclude: attempt budget reached
         i <- retrieve(q, R); NONE: return FAIL         retrieve
-        navigate to the candidate goal g_i             confirm, navigate
+        navigate to the candidate goal g_i             await_approval, navigate
         acquire an arrival observation and evaluate    verify
         insufficient visibility: re-observe once       re_observe, verify
         confirmed: return CONFIRM                      verify
@@ -19,7 +19,9 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from typing import Literal
 
+from behaviors.approval import approval_question
 from behaviors.arrival import arrival_frame, camera_mount, robot_pose
 from behaviors.attempt import Attempt
 from behaviors.drive import RobotMayMove, drive, refusal
@@ -28,6 +30,7 @@ from behaviors.events import (
     ENDING,
     NO_CANDIDATE_LEFT,
     NO_PATH,
+    NONE_WANTED,
     REPLIES,
     TOLD,
     End,
@@ -74,18 +77,21 @@ class Mission:
         self._acts: dict[str, Callable[[QueryProgress, Step], Step]] = {
             "query": self._query,
             "retrieve": self._retrieve,
-            "confirm": self._confirm,
+            "await_approval": self._await_approval,
             "navigate": self._navigate,
             "verify": self._verify,
             "re_observe": self._re_observe,
             "exclude": self._exclude,
         }
 
-    def run(self, sentence: str) -> Outcome:
-        """One query to its end. Raises ValueError where the sentence names nothing; other trouble ends in FAULT."""
+    def run(self, sentence: str, *, who: str = "", how: str = "") -> Outcome:
+        """One query to its end. Raises ValueError where the sentence names nothing; other trouble ends in FAULT.
+
+        who, how: who asks, and by which client.
+        """
         query = QueryProgress(sentence)
         target_phrase(sentence)
-        self._journal.write(records.Query(sentence=sentence))
+        self._journal.write(records.Query(sentence=sentence, who=who, how=how))
         machine, step, frozen = MissionMachine(), Step(Event.ASKED, ""), fingerprint(self._memory)
         while not machine.is_terminated:
             source = str(machine.current_state_value)
@@ -111,16 +117,17 @@ class Mission:
     def _retrieve(self, query: QueryProgress, _: Step) -> Step:
         """i <- retrieve(q, R_q), over what is not set aside either; and its goal poses g_i."""
         excluded = frozenset(query.rejected + query.set_aside)
-        ranking = self._memory.rank(query.sentence, self._policy.readout, excluded, RANKED)
+        ranking = query.ranking = self._memory.rank(query.sentence, self._policy.readout, excluded, RANKED)
         self._journal.write(
             ranking_record(ranking, self._memory, query.target, self._policy.readout, query.rejected, query.set_aside)
         )
         if not ranking:
             return self._nothing_left(query, self._memory.nothing_because(query.sentence, excluded))
-        node = self._memory.objects[ranking[0].object_id]
+        wanted = query.wanted
+        node = self._memory.objects[wanted.object_id]
         found = self._goal_search(node.points, query)
-        attempt = query.attempt = Attempt(ranking[0], node, list(found.poses))
-        self._journal.write(chosen_record(query.visits + 1, attempt.label, ranking[0]))
+        attempt = query.attempt = Attempt(wanted, node, list(found.poses))
+        self._journal.write(chosen_record(query.visits + 1, attempt.label, wanted))
         if not found.poses:
             self._journal.write(no_goal_record(node.id, found.reason))
             if not found.blind or self._policy.motion == "allow" or self._policy.unseen == "set aside":
@@ -129,17 +136,21 @@ class Mission:
         approach = attempt.next_approach(self._ports, self._journal)
         if approach is None:
             return Step(Event.UNREACHED, attempt.no_path_because)
-        return Step(Event.CANDIDATE_FOUND, f"the {attempt.label} scores {ranking[0].score:.2f}")
+        return Step(Event.CANDIDATE_FOUND, f"the {attempt.label} scores {wanted.score:.2f}")
 
-    def _confirm(self, query: QueryProgress, _: Step) -> Step:
+    def _await_approval(self, query: QueryProgress, _: Step) -> Step:
         """A person's yes for this candidate: the drive, its other goal pose, and the looks around it."""
         if self._policy.motion == "allow":
             return Step(Event.APPROVED, "the configuration allows motion without asking")
         attempt = query.current
-        event, because = REPLIES[self._ports.operator.confirm(_question(attempt), self._policy.confirm_timeout_s)]
+        asked = approval_question(attempt, query.ranking, self._memory)
+        reply = self._ports.operator.confirm(asked, self._policy.confirm_timeout_s)
+        event, because = REPLIES[reply.word]
         stopped = self._stopped() if event is Event.STOP else None  # with the reason, where there is one
         if event is Event.DECLINED and attempt.unseen_because:
             return Step(Event.UNSEEN, attempt.unseen_because)  # as if nobody could have been asked
+        query.picked = reply.object_id if event is Event.TAKEN else query.picked
+        query.skipped = attempt.node.id if reply.object_id is None else reply.object_id
         return stopped or Step(event, because)
 
     def _navigate(self, query: QueryProgress, _: Step) -> Step:
@@ -197,16 +208,17 @@ class Mission:
 
     def _exclude(self, query: QueryProgress, last: Step) -> Step:
         """R_q <- R_q + {i} where verification rejected it, else U; then the bounds on both."""
-        rejected = last.event is Event.REJECTED
-        (query.rejected if rejected else query.set_aside).append(query.current.node.id)
+        rejected, declined = last.event is Event.REJECTED, last.event is Event.SKIPPED
+        object_id = query.skipped if declined and query.skipped is not None else query.current.node.id
+        (query.rejected if rejected else query.set_aside).append(object_id)
+        query.declined += [object_id] if declined else []
+        where: Literal["rejected", "set aside"] = "rejected" if rejected else "set aside"
         self._journal.write(
-            records.Exclusion(
-                object_id=query.current.node.id, where="rejected" if rejected else "set aside", because=last.because
-            )
+            records.Exclusion(object_id=object_id, where=where, because=last.because, declined=declined)
         )
         if len(query.rejected) >= self._parameters.k_max:
             return Step(Event.BUDGET_REACHED, BUDGET_REACHED)
-        if len(query.set_aside) >= SET_ASIDE_MAX:
+        if len(query.set_aside) - len(query.declined) >= SET_ASIDE_MAX:
             return self._nothing_left(query, f"{SET_ASIDE_MAX} could not be looked at")
         return Step(Event.EXCLUDED, last.because)
 
@@ -225,12 +237,14 @@ class Mission:
         return step
 
     def _stopped(self) -> Step | None:
-        because = self._ports.operator.stop_requested()
-        return Step(Event.STOP, because) if because else None
+        stop = self._ports.operator.stop_requested()
+        return Step(Event.STOP, stop.because) if stop else None
 
     def _nothing_left(self, query: QueryProgress, why: str | None) -> Step:
         if query.visits:
             return Step(Event.EXHAUSTED, NO_CANDIDATE_LEFT)
+        if query.unwanted:
+            return Step(Event.DECLINED, NONE_WANTED)
         return Step(Event.NONE_VERIFIED, f"{NO_CANDIDATE_LEFT}: {why}")
 
     def _goal_search(self, points: Array, query: QueryProgress) -> GoalSearch:
@@ -254,7 +268,13 @@ class Mission:
 
     def _ended(self, end: End, query: QueryProgress, step: Step) -> Outcome:
         outcome = Outcome(
-            end, step.because, query.visits, query.confirmed, tuple(query.rejected), tuple(query.set_aside)
+            end,
+            step.because,
+            query.visits,
+            query.confirmed,
+            tuple(query.rejected),
+            tuple(query.set_aside),
+            tuple(query.declined),
         )
         self._journal.write(ended_record(outcome))
         self._ports.operator.tell(f"{end.replace('_', ' ')}: {outcome.reason}")
@@ -267,14 +287,6 @@ def fingerprint(memory: ObjectMemory) -> str:
     return content_hash(
         digests, memory.partition, memory.text_encoder_id, memory.parameters, memory.feature_text_aligned
     )
-
-
-def _question(attempt: Attempt) -> str:
-    length = f", {attempt.approach.length_m:.1f} m away" if attempt.approach else ""
-    room = f" in the {attempt.node.room}" if attempt.node.room else ""
-    if attempt.unseen_because:
-        return f"The {attempt.label}{room}: {attempt.unseen_because} May I walk there{length}, and try all the same?"
-    return f"May I walk to the {attempt.label}{room}{length}, and look at it?"
 
 
 def _fault_sentence(error: Exception) -> str:

@@ -105,6 +105,7 @@ def ended_record(outcome: Outcome) -> records.Ended:
         object_id=outcome.object_id,
         rejected=outcome.rejected,
         set_aside=outcome.set_aside,
+        declined=outcome.declined,
     )
 
 

@@ -117,12 +117,72 @@ class NavigationFeedback:
 class PathPlan:
     """The answer to "could you get there?": a length where there is a path, else None and the reason.
 
-    path_prefix: (x, y) points of its first metres, map frame, where the planner tells them.
+    path_prefix: (x, y) points of its first metres, map frame, where the planner tells them. path: all of it, thinned.
     """
 
     length_m: float | None
     reason: str = ""
     path_prefix: tuple[tuple[float, float], ...] = ()
+    path: tuple[tuple[float, float], ...] = ()
+
+
+class Approval(StrEnum):
+    """A person's answers to "may I?"."""
+
+    YES = "yes"
+    NO = "no"
+    NOT_THIS_ONE = "not this one"  # a candidate is set aside as declined; the search goes on
+    TAKE = "take"  # another candidate first
+    EXPIRED = "expired"
+    STOP = "stop"
+
+
+@dataclass(frozen=True, slots=True)
+class Option:
+    """A candidate that a person may take, or set aside, by its number: from 1, best first."""
+
+    number: int
+    object_id: int
+    label: str
+    score: float
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """ "May I walk there?", bound to what was meant: object, goal pose (map frame), path length, memory.
+
+    because: why this object, for who asks "why". options: the ranked candidates, this one among them; () where only yes
+    and no make sense.
+    """
+
+    sentence: str
+    memory_hash: str = ""
+    object_id: int | None = None
+    goal: Pose2 | None = None
+    path_length_m: float | None = None
+    because: str = ""
+    options: tuple[Option, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Reply:
+    """object_id: with NOT_THIS_ONE and TAKE, which. who, how: the person, the client. at_ns: of the epoch."""
+
+    word: Approval
+    object_id: int | None = None
+    who: str = ""
+    how: str = ""
+    at_ns: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class StopRequest:
+    """A person's STOP, or what stands for one. who, how, at_ns: as in Reply."""
+
+    because: str
+    who: str = ""
+    how: str = ""
+    at_ns: int = 0
 
 
 @runtime_checkable
@@ -223,12 +283,12 @@ class Navigator(Protocol):
 class Operator(Protocol):
     """The person in charge."""
 
-    def confirm(self, question: str, timeout_s: float) -> str:
-        """Ask for a yes before motion. Returns "yes", "no", "expired" or "stop"."""
+    def confirm(self, question: Question, timeout_s: float) -> Reply:
+        """Ask for a yes before motion; without an answer in time EXPIRED, with a STOP at any time STOP."""
         ...
 
-    def stop_requested(self) -> str | None:
-        """The reason of a STOP since this mission began, else None. Never blocks."""
+    def stop_requested(self) -> StopRequest | None:
+        """A STOP since this mission began, else None. Never blocks."""
         ...
 
     def tell(self, sentence: str) -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 import signal
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from robot_app.mission.terminal import TerminalOperator
+from robot_app.mission.operator import Operator
 
 BECAUSE = {
     signal.SIGINT: "the operator pressed Ctrl-C",
@@ -17,13 +19,15 @@ BECAUSE = {
 
 
 @contextmanager
-def signals_stop(operator: TerminalOperator) -> Iterator[list[int]]:
+def signals_stop(operator: Operator) -> Iterator[list[int]]:
     """Within, each of these signals is a STOP with its reason; yields those that came, for who should then end."""
     heard: list[int] = []
 
     def stop(number: int, _frame: Any) -> None:
         heard.append(number)
-        operator.request_stop(because=BECAUSE[signal.Signals(number)])
+        because = BECAUSE[signal.Signals(number)]
+        stop_it = functools.partial(operator.stop, because=because, how="signal")
+        threading.Thread(target=stop_it, name="stop").start()  # what was interrupted may hold a lock or the screen
 
     before = {number: signal.signal(number, stop) for number in BECAUSE}
     try:

@@ -38,7 +38,8 @@ ERROR_WORDS = {
     9003: "the navigator took too long",
 }
 
-WAY_M = 3.0  # of a path is told: its far end is replanned on the way anyhow
+WAY_M = 3.0  # of a path is looked at: its far end is replanned on the way anyhow
+SHOWN_EVERY_M = 0.2  # of the whole path, for a plan on a screen
 
 
 def error_words(code: int, message: str) -> str:
@@ -93,12 +94,25 @@ def path_plan(response: Message) -> PathPlan:
         raise PortError(f"The path of Nav2's planner cannot be used: {error}") from error
     if len(points) == 0:
         return PathPlan(None, "No way was found: Nav2's planner returned an empty path.")
-    return PathPlan(path_length(points), path_prefix=_first(points))
+    return PathPlan(path_length(points), path_prefix=_first(points), path=_thinned(points))
+
+
+def _thinned(points: Array) -> tuple[tuple[float, float], ...]:
+    """The path by a point each SHOWN_EVERY_M, both ends included."""
+    along = _along(points)
+    at = np.linspace(0.0, along[-1], max(2, int(np.ceil(along[-1] / SHOWN_EVERY_M)) + 1))
+    shown = np.column_stack([np.interp(at, along, points[:, axis]) for axis in (0, 1)])
+    return tuple((float(x), float(y)) for x, y in shown)
+
+
+def _along(points: Array) -> Array:
+    """(n,) metres from the path's start to each point."""
+    return np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))))
 
 
 def _first(points: Array) -> tuple[tuple[float, float], ...]:
     """The points of the first WAY_M metres, and where these end."""
-    along = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))))
+    along = _along(points)
     first = points[along <= WAY_M]
     if len(first) < len(points):
         first = np.vstack((first, [np.interp(WAY_M, along, points[:, axis]) for axis in (0, 1)]))

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
+from pydantic import field_validator
+
 from logs.trial.parts import Decision, Note, Part, PlanarPose
+
+OLD_STATES = {"confirm": "await_approval"}  # as in trials of before 2026-11-29
 
 
 class Scored(Part):
@@ -82,6 +86,7 @@ class Exclusion(Decision):
     object_id: int
     where: Literal["rejected", "set aside"]
     because: str
+    declined: bool = False  # the operator did not want it
 
 
 class Transition(Decision):
@@ -92,6 +97,12 @@ class Transition(Decision):
     event: str
     target: str
     because: str
+
+    @field_validator("source", "target")
+    @classmethod
+    def _named_today(cls, state: str) -> str:
+        """Old trials are not rewritten: the state that awaits the operator's yes was once called confirm."""
+        return OLD_STATES.get(state, state)
 
 
 class Ended(Decision):
@@ -104,6 +115,20 @@ class Ended(Decision):
     object_id: int | None
     rejected: tuple[int, ...]
     set_aside: tuple[int, ...]
+    declined: tuple[int, ...] = ()
+
+
+class Asked(Note):
+    """A question before motion, when it was put to the operator; the answer is on /trial/operator_reply."""
+
+    topic: ClassVar[str] = "/trial/question"
+    sentence: str
+    because: str
+    object_id: int | None
+    goal: PlanarPose | None
+    path_length_m: float | None
+    memory_hash: str
+    expires_s: float
 
 
 class Feedback(Note):

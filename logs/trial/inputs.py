@@ -21,6 +21,8 @@ class Query(Input):
 
     topic: ClassVar[str] = "/trial/query"
     sentence: str
+    who: str = ""
+    how: str = ""  # by which client: terminal, console, voice ...
 
 
 class NavigatorState(Input):
@@ -128,21 +130,32 @@ class Segments(Input):
 
 
 class Plan(Input):
-    """The planner's answer to "could you get there?". path_prefix: its first metres; trials of old called it `way`."""
+    """The planner's answer to "could you get there?". path_prefix: its first metres; trials of old called it `way`.
+
+    path: all of it, thinned.
+    """
 
     topic: ClassVar[str] = "/trial/plan"
     goal: PlanarPose
     length_m: float | None
     reason: str
     path_prefix: tuple[tuple[float, float], ...] = Field((), validation_alias=AliasChoices("path_prefix", "way"))
+    path: tuple[tuple[float, float], ...] = ()
 
 
 class OperatorReply(Input):
-    """What the operator answered to "may I?": yes, no, expired or stop."""
+    """What the operator answered to "may I?": yes, no, not this one, take, expired or stop; who, by which client, when.
+
+    object_id: with "not this one" and "take", which. at_ns: of the epoch, 0 where nobody answered.
+    """
 
     topic: ClassVar[str] = "/trial/operator_reply"
     question: str
     reply: str
+    object_id: int | None = None
+    who: str = ""
+    how: str = ""
+    at_ns: int = 0
 
 
 class GoalAnswer(Input):
@@ -180,6 +193,9 @@ class Stop(Input):
     topic: ClassVar[str] = "/trial/stop"
     because: str
     polls: int
+    who: str = ""
+    how: str = ""
+    at_ns: int = 0
 
 
 class Supervised(Input):

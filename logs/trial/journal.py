@@ -26,6 +26,17 @@ class Journal(Protocol):
         ...
 
 
+@dataclass(frozen=True)
+class Tee:
+    """One journal that is several: the first one keeps a record before the next one sees it."""
+
+    journals: tuple[Journal, ...]
+
+    def write(self, record: Record, attached: Attached = None) -> None:
+        for journal in self.journals:
+            journal.write(record, attached)
+
+
 @dataclass
 class ListJournal:
     """A journal in memory."""

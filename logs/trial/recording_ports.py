@@ -24,9 +24,12 @@ from drivers.ports import (
     PortError,
     Ports,
     PoseSource,
+    Question,
     Reaction,
+    Reply,
     Safety,
     SafetyVerdict,
+    StopRequest,
 )
 from logs.trial import records
 from logs.trial.journal import Attached, Journal
@@ -161,6 +164,7 @@ class JournaledNavigator:
                 length_m=plan.length_m,
                 reason=plan.reason,
                 path_prefix=plan.path_prefix,
+                path=plan.path,
             )
         )
         return plan
@@ -232,19 +236,44 @@ class JournaledOperator:
     def __init__(self, operator: Operator, inputs: Inputs) -> None:
         self._operator, self._inputs = operator, inputs
 
-    def confirm(self, question: str, timeout_s: float) -> str:
+    def confirm(self, question: Question, timeout_s: float) -> Reply:
+        self._inputs.note(_asked(question, timeout_s))
         reply = self._inputs.ask("operator.confirm", lambda: self._operator.confirm(question, timeout_s))
-        self._inputs.write(records.OperatorReply(question=question, reply=reply))
+        self._inputs.write(
+            records.OperatorReply(
+                question=question.sentence,
+                reply=reply.word,
+                object_id=reply.object_id,
+                who=reply.who,
+                how=reply.how,
+                at_ns=reply.at_ns,
+            )
+        )
         return reply
 
-    def stop_requested(self) -> str | None:
-        because = self._inputs.ask("operator.stop_requested", self._operator.stop_requested)
-        if because is None:
+    def stop_requested(self) -> StopRequest | None:
+        stop = self._inputs.ask("operator.stop_requested", self._operator.stop_requested)
+        if stop is None:
             self._inputs.polls += 1
         else:
-            self._inputs.write(records.Stop(because=because, polls=self._inputs.polls))
-        return because
+            polls = self._inputs.polls
+            self._inputs.write(
+                records.Stop(because=stop.because, polls=polls, who=stop.who, how=stop.how, at_ns=stop.at_ns)
+            )
+        return stop
 
     def tell(self, sentence: str) -> None:
         self._inputs.ask("operator.tell", lambda: self._operator.tell(sentence))
         self._inputs.note(records.Told(sentence=sentence))
+
+
+def _asked(question: Question, timeout_s: float) -> records.Asked:
+    return records.Asked(
+        sentence=question.sentence,
+        because=question.because,
+        object_id=question.object_id,
+        goal=None if question.goal is None else records.PlanarPose.of(question.goal),
+        path_length_m=question.path_length_m,
+        memory_hash=question.memory_hash,
+        expires_s=timeout_s,
+    )

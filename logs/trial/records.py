@@ -7,6 +7,7 @@ replay's, notes are for people only. Decisions carry no wall-clock time, so that
 from __future__ import annotations
 
 from logs.trial.decisions import (
+    Asked,
     Check,
     Checks,
     Chosen,
@@ -41,6 +42,7 @@ from logs.trial.parts import Calibration, Decision, Input, Note, PlanarPose, Rec
 
 __all__ = [
     "RECORDS",
+    "Asked",
     "Calibration",
     "CancelAnswer",
     "Check",

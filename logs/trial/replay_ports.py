@@ -9,6 +9,7 @@ import numpy as np
 
 from drivers.clock import SimClock
 from drivers.ports import (
+    Approval,
     CameraFrame,
     LidarCloud,
     LinkLost,
@@ -19,9 +20,12 @@ from drivers.ports import (
     PortError,
     Ports,
     PoseUnavailable,
+    Question,
     Reaction,
+    Reply,
     SafetyVerdict,
     StaleData,
+    StopRequest,
 )
 from logs.trial import records
 from logs.trial.compare import TOLERANCE
@@ -73,13 +77,13 @@ class RecordedInputs:
             self._next()
             raise _error(failure)
 
-    def stop(self) -> str | None:
+    def stop(self) -> StopRequest | None:
         """The operator's STOP, at the very poll at which it was heard."""
         self.raise_failure("operator.stop_requested")
         record = self.upcoming
         if isinstance(record, records.Stop) and record.polls <= self._polls:
             self._next()
-            return record.because
+            return StopRequest(record.because, record.who, record.how, record.at_ns)
         self._polls += 1
         return None
 
@@ -212,7 +216,7 @@ class ReplayNavigator:
     def plan(self, goal: Pose2) -> PathPlan:
         record, _ = self._inputs.take(records.Plan, "navigator.plan")
         _same_goal("plan", goal, record.goal)
-        return PathPlan(record.length_m, record.reason, record.path_prefix)
+        return PathPlan(record.length_m, record.reason, record.path_prefix, record.path)
 
     def send(self, goal: Pose2) -> NavigationResult | None:
         self._ended = None
@@ -244,10 +248,11 @@ class ReplayOperator:
     def __init__(self, inputs: RecordedInputs) -> None:
         self._inputs = inputs
 
-    def confirm(self, question: str, timeout_s: float) -> str:  # noqa: ARG002
-        return self._inputs.take(records.OperatorReply, "operator.confirm")[0].reply
+    def confirm(self, question: Question, timeout_s: float) -> Reply:  # noqa: ARG002
+        said = self._inputs.take(records.OperatorReply, "operator.confirm")[0]
+        return Reply(Approval(said.reply), said.object_id, said.who, said.how, said.at_ns)
 
-    def stop_requested(self) -> str | None:
+    def stop_requested(self) -> StopRequest | None:
         return self._inputs.stop()
 
     def tell(self, sentence: str) -> None:  # noqa: ARG002 - there is nobody to tell

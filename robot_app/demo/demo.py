@@ -10,6 +10,7 @@ from typing import Any
 
 from behaviors.events import Outcome
 from behaviors.policy import MissionPolicy
+from drivers.ports import Approval, Question, Reply, StopRequest
 from openbelief.memory import ObjectMemory
 from openbelief.perception.sentence import SentenceEncoder
 from openbelief.rooms import rooms_of
@@ -122,11 +123,11 @@ class Narrator:
     def __init__(self, tell: Callable[[str], None]) -> None:
         self._tell = tell
 
-    def confirm(self, question: str, timeout_s: float) -> str:  # noqa: ARG002 - nobody is waited for
-        self._tell(f"{question} Yes.")
-        return "yes"
+    def confirm(self, question: Question, timeout_s: float) -> Reply:  # noqa: ARG002 - nobody is waited for
+        self._tell(f"{question.sentence} Yes.")
+        return Reply(Approval.YES, how="demo")
 
-    def stop_requested(self) -> str | None:
+    def stop_requested(self) -> StopRequest | None:
         return None
 
     def tell(self, sentence: str) -> None:

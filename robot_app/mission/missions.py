@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,8 +11,9 @@ from typing import Any
 
 from behaviors.events import USE_THE_REMOTE, Outcome
 from drivers.clock import SystemClock
-from drivers.ports import Clock, Operator
+from drivers.ports import Clock, Operator, StopRequest
 from logs.structured import configure
+from logs.trial.journal import Journal
 from openbelief.memory import ObjectMemory
 from robot_app.app import Robot, mission_perception, mission_text_encoder, open_robot
 from robot_app.config import Config, ConfigError, dump_config
@@ -50,8 +51,19 @@ class Missions:
         perception = mission_perception(config, mission_text_encoder(config))
         self.ports = replace(robot.ports(operator, perception, watch.safety), navigator=watch.navigator)
 
-    def ask(self, sentence: str, trial: Path | None = None) -> RecordedMission:
-        """Run one mission to its end. Raises ValueError where the sentence names nothing."""
+    def ask(
+        self,
+        sentence: str,
+        trial: Path | None = None,
+        *,
+        who: str = "",
+        how: str = "",
+        watching: Sequence[Journal] = (),
+    ) -> RecordedMission:
+        """Run one mission to its end. Raises ValueError where the sentence names nothing.
+
+        who, how: who asks, and by which client. watching: see everything as it is written.
+        """
         self.watch.heartbeat.resume()
         trial_id = f"{self._robot.clock.now_ns()}"
         path = trial or _unused(self._config.trials / f"trial_{trial_id}.mcap")
@@ -67,6 +79,9 @@ class Missions:
             trial_id=trial_id,
             query_id=f"{trial_id}-1",
             configuration=dump_config(self._config),
+            who=who,
+            how=how,
+            watching=watching,
         )
         if USE_THE_REMOTE in outcome.reason.lower():
             self.watch.heartbeat.abandon()  # our cancel went unanswered: the watchdog on the robot cancels there
@@ -86,11 +101,15 @@ def open_missions(config: Config, operator: Operator) -> Iterator[Missions]:
         raise ConfigError('no memory is named: say memory = "site.belief" (openbelief map makes one)')
     memory = ObjectMemory.open(config.memory, text_encoder=mission_text_encoder(config))
     with (
-        open_robot(config, operator.stop_requested) as robot,
+        open_robot(config, lambda: _because(operator.stop_requested())) as robot,
         _log_file(config.trials / "log.jsonl", robot.clock),
         watched(config, robot, memory) as watch,
     ):
         yield Missions(config, robot, memory, config.memory, operator, watch)
+
+
+def _because(stop: StopRequest | None) -> str | None:
+    return stop.because if stop else None
 
 
 @contextmanager

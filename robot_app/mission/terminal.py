@@ -2,109 +2,133 @@
 
 from __future__ import annotations
 
-import queue
+import getpass
+import re
 import sys
 import threading
-import time
+from collections.abc import Callable
 from typing import TextIO
 
+from drivers.ports import Approval
 from logs.structured import neutralise
+from robot_app.mission.lease import Lease, Refused
+from robot_app.mission.open_question import OpenQuestion, option_lines
+from robot_app.mission.operator import Change, Notice, Operator
 
+HOW = "terminal"
 STOP_WORDS = ("stop", "s", "halt")
-YES_WORDS = ("yes", "y")
-NO_WORDS = ("no", "n")
+ANSWERS = {
+    "yes": Approval.YES,
+    "y": Approval.YES,
+    "no": Approval.NO,
+    "n": Approval.NO,
+    "not this one": Approval.NOT_THIS_ONE,
+}
+TAKE, NOT_NUMBER, TAKE_OVER = re.compile(r"take (\d{1,3})"), re.compile(r"not (\d{1,3})"), "take over"
+ALWAYS = (Change.TOLD, Change.STOPPED, Change.EXPIRED)  # what else happens is shown where somebody else commands
 
 
-class TerminalOperator:
-    """Reads lines on a thread of its own, so that "stop" is heard while the robot drives.
+class Terminal:
+    """A client of the Operator that reads lines on a thread of its own, so that "stop" is heard while the robot drives.
 
-    Use as a context manager around a mission; Ctrl-C is a STOP too (the caller hands it to `request_stop`).
+    Use as a context manager around missions. where_empty: what an empty line does between questions.
     """
 
-    def __init__(self, *, motion: str = "ask", source: TextIO | None = None, screen: TextIO | None = None) -> None:
-        self._motion = motion
-        self._source = source or sys.stdin
-        self._screen = screen or sys.stderr
-        self._lines: queue.Queue[tuple[int, str] | None] = queue.Queue()  # None: the input has ended
-        self._lines_read = self._line_given = self._first_line_after_stop = 0  # to tell what came before what
-        self._ended = False
-        self._stop_reason: str | None = None
+    def __init__(
+        self,
+        operator: Operator,
+        *,
+        who: str = "",
+        source: TextIO | None = None,
+        screen: TextIO | None = None,
+        where_empty: Callable[[], None] | None = None,
+    ) -> None:
+        self._operator, self.who = operator, who or _user()
+        self._source, self._screen = source or sys.stdin, screen or sys.stderr
+        self._where_empty = where_empty or operator.end
+        self._lease: Lease | None = None
 
-    def __enter__(self) -> TerminalOperator:
+    def __enter__(self) -> Terminal:
+        self._operator.join(HOW)
+        if self._operator.lease is None:
+            self._lease = self._operator.take(self.who, HOW)
+        self._end_listening = self._operator.listen(self._hear)
         threading.Thread(target=self._read, name="operator", daemon=True).start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        pass  # the reader is a daemon: a blocking read of stdin cannot be interrupted
-
-    def begin(self) -> None:
-        """A new mission: a STOP of before its sentence no longer counts (it never restarts motion either)."""
-        if self._line_given >= self._first_line_after_stop:
-            self._stop_reason = None
-
-    def request_stop(self, *, because: str) -> None:
-        self._first_line_after_stop = self._lines_read + 1
-        self._stop_reason = self._stop_reason or because
-
-    def stop_requested(self) -> str | None:
-        return self._stop_reason
+        self._end_listening()  # the reader is a daemon: a blocking read of stdin cannot be interrupted
 
     def tell(self, sentence: str) -> None:
         print(neutralise(sentence), file=self._screen, flush=True)
 
-    def confirm(self, question: str, timeout_s: float) -> str:
-        if self._motion == "allow":
-            self.tell(f"{question} yes (the configuration allows motion)")
-            return "yes"
-        while not self._lines.empty():  # what was typed before the question is no answer to it
-            self._next(timeout_s=0.0)
-        self.tell(f"{question} [yes/no, {timeout_s:.0f} s; stop at any time]")
-        deadline = time.monotonic() + timeout_s
-        while (left := deadline - time.monotonic()) > 0:
-            if self._stop_reason:
-                return "stop"
-            if self._ended:
-                self.tell("Nobody can answer: the input has ended.")
-                break
-            answer = self._next(timeout_s=min(left, 0.1))
-            if answer is None:
-                continue
-            if answer.lower() in YES_WORDS + NO_WORDS:
-                return "yes" if answer.lower() in YES_WORDS else "no"
-            self.tell(f"{answer!r} is neither yes nor no.")
-        return "expired"
+    # ---- the screen
 
-    def next_line(self) -> str | None:
-        """The next typed line, None at the end of input; for the prompt between missions."""
-        while not self._ended:
-            line = self._next()
-            if line is not None and line.lower() in YES_WORDS + NO_WORDS:
-                self.tell("Nothing is being asked now: say what to look for, or give an empty line to end.")
-            elif line is not None:
-                return line
-        return None
+    def _hear(self, notice: Notice) -> None:
+        asked = self._operator.question
+        if notice.change is Change.ASKED and asked is not None:
+            self.tell(f"{notice.sentence} [{asked.words}, {asked.timeout_s:.0f} s; stop at any time]")
+        elif notice.sentence and (notice.change in ALWAYS or not self._alone):
+            self.tell(notice.sentence)
 
-    def _next(self, timeout_s: float | None = None) -> str | None:
-        """The next line, None where there is none in time or the input has ended (then `_ended` says so)."""
-        try:
-            entry = self._lines.get(timeout=timeout_s) if timeout_s != 0.0 else self._lines.get_nowait()
-        except queue.Empty:
-            return None
-        if entry is None:
-            self._ended = True
-            return None
-        self._line_given, line = entry
-        return line
+    @property
+    def _alone(self) -> bool:
+        """Whether what happens is this terminal's own doing, and needs no telling."""
+        return self._lease is not None and self._operator.lease is self._lease
+
+    # ---- the keyboard
 
     def _read(self) -> None:
         try:
             for line in self._source or ():
-                words = line.strip()
-                self._lines_read += 1
-                if words.lower().rstrip("!.") in STOP_WORDS:
-                    self.request_stop(because="the operator said stop")
-                else:
-                    self._lines.put((self._lines_read, words))
+                self._take_line(line.strip())
         except (OSError, ValueError) as error:  # a terminal that went away, an input that was closed
             self.tell(f"Nothing more can be typed here: {error}")
-        self._lines.put(None)
+        self._operator.leave(HOW)
+
+    def _take_line(self, line: str) -> None:
+        words = " ".join(line.lower().rstrip("!.").split())
+        try:
+            if words in STOP_WORDS:
+                self._operator.stop(because="the operator said stop", who=self.who, how=HOW)
+            elif words == TAKE_OVER:
+                self._lease = self._operator.take(self.who, HOW, over=True)
+            elif (asked := self._operator.question) is not None:
+                self._answer(asked, line, words)
+            elif words in ANSWERS or words == "why" or TAKE.fullmatch(words):
+                self.tell("Nothing is being asked now: say what to look for, or give an empty line to end.")
+            elif line:
+                self._operator.ask(self._lease, line)
+            else:
+                self._where_empty()
+        except Refused as refused:
+            self.tell(f"{refused} (here: type {TAKE_OVER!r})" if self._taken else str(refused))
+
+    def _answer(self, asked: OpenQuestion, line: str, words: str) -> None:
+        named = TAKE.fullmatch(words) or NOT_NUMBER.fullmatch(words)
+        if words == "why":
+            self.tell(asked.question.because or "Nothing more is known about it.")
+            for option in option_lines(asked.question.options):
+                self.tell(option)
+        elif named:
+            word = Approval.TAKE if TAKE.fullmatch(words) else Approval.NOT_THIS_ONE
+            self._send(asked, word, int(named[1]))
+        elif words in ANSWERS:
+            self._send(asked, ANSWERS[words], None)
+        else:
+            self.tell(f"{line!r} is neither yes nor no.")
+
+    def _send(self, asked: OpenQuestion, word: Approval, number: int | None) -> None:
+        memory_hash = asked.question.memory_hash
+        self._operator.answer(self._lease, asked.id, word, memory_hash=memory_hash, number=number)
+
+    @property
+    def _taken(self) -> bool:
+        return self._operator.lease is not None and self._operator.lease is not self._lease
+
+
+def _user() -> str:
+    try:
+        return getpass.getuser()
+    except (KeyError, OSError):  # no such user, no environment
+        return ""

@@ -30,18 +30,19 @@ def run(options: argparse.Namespace) -> int:
     from openbelief.store import BeliefFileError
     from robot_app.config import ConfigError, load_config
     from robot_app.mission.missions import open_missions
-    from robot_app.mission.terminal import TerminalOperator
+    from robot_app.mission.operator import Operator
+    from robot_app.mission.terminal import HOW, Terminal
     from robot_app.signals import signals_stop
 
     try:
         config = load_config(options.config)
-        motion = "allow" if options.yes else config.mission.motion
+        operator = Operator(approve_all="approved with --yes" if options.yes else "")
         with (
-            TerminalOperator(motion=motion) as operator,
+            Terminal(operator, who=config.recording.operator) as terminal,
             signals_stop(operator),
             open_missions(config, operator) as missions,
         ):
-            recorded = missions.ask(options.sentence, options.trial)
+            recorded = missions.ask(options.sentence, options.trial, who=terminal.who, how=HOW)
     except (ConfigError, PortError, BeliefFileError, OSError, ValueError) as error:
         raise Failure(str(error)) from error
     outcome = recorded.outcome

@@ -16,7 +16,7 @@ from robot_app.cli import Failure, print_json
 
 if TYPE_CHECKING:
     from robot_app.mission.missions import Missions
-    from robot_app.mission.terminal import TerminalOperator
+    from robot_app.mission.operator import Operator
 
 EXAMPLE = "openbelief run --config demo-out/robot.toml"
 
@@ -32,11 +32,13 @@ def run(options: argparse.Namespace) -> int:
     from openbelief.store import BeliefFileError
     from robot_app.config import ConfigError, load_config
     from robot_app.mission.missions import open_missions
-    from robot_app.mission.terminal import TerminalOperator
+    from robot_app.mission.operator import Operator
+    from robot_app.mission.terminal import Terminal
 
     try:
         config = load_config(options.config)
-        with TerminalOperator(motion=config.mission.motion) as operator, open_missions(config, operator) as missions:
+        operator = Operator()
+        with Terminal(operator, who=config.recording.operator), open_missions(config, operator) as missions:
             operator.tell(f"Ready over {config.memory}. Ask for a thing; an empty line ends.")
             _missions(missions, operator, as_json=options.json)
     except (ConfigError, PortError, BeliefFileError, OSError) as error:
@@ -44,19 +46,21 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _missions(missions: Missions, operator: TerminalOperator, *, as_json: bool) -> None:
+def _missions(missions: Missions, operator: Operator, *, as_json: bool) -> None:
     from robot_app.signals import signals_stop
 
     told_to_end = False
-    while not told_to_end and (sentence := operator.next_line()):
-        operator.begin()
+    while not told_to_end and (sentence := operator.next_sentence()):
+        operator.begin(sentence)
         try:
             with signals_stop(operator) as heard:
-                recorded = missions.ask(sentence)
+                recorded = missions.ask(sentence.text, who=sentence.who, how=sentence.how)
         except ValueError as error:
             print(f"openbelief run: {error}", file=sys.stderr)
             continue
+        finally:
+            operator.ended()
         told_to_end = any(number != signal.SIGINT for number in heard)
         operator.tell(f"trial: {recorded.failure or recorded.trial}")
         if as_json:
-            print_json({"query": sentence} | recorded.as_json())
+            print_json({"query": sentence.text} | recorded.as_json())

@@ -15,14 +15,18 @@ from behaviors.mission import Mission
 from behaviors.policy import MissionPolicy
 from drivers.clock import SimClock
 from drivers.ports import (
+    Approval,
     CameraFrame,
     LidarCloud,
     NavigationResult,
     NavigationStatus,
     PathPlan,
     Ports,
+    Question,
+    Reply,
     SafetyVerdict,
     StaleData,
+    StopRequest,
 )
 from drivers.ros.convert import (
     camera_info_message,
@@ -115,7 +119,7 @@ class Stage:
         self.unavailable: str | None = None
         self.drives: list[Drive] = []  # scripts of the goals to come; afterwards every drive succeeds
         self.no_path: Callable[[Pose2], str | None] = lambda goal: None
-        self.replies: list[str] = []  # to "may I?"; afterwards "yes"
+        self.replies: list[str | Reply] = []  # to "may I?"; afterwards "yes"
         self.stop_when: Callable[[], bool] = lambda: False
         self.on_perceive: Callable[[], None] = lambda: None
         self.cloud: Callable[[], Array] | None = None  # (n, 3) map points that the lidar sees; None: no lidar
@@ -125,6 +129,7 @@ class Stage:
         self.sent: list[Pose2] = []
         self.cancelled: list[str] = []
         self.asked: list[str] = []
+        self.questions: list[Question] = []
         self.perceived = 0
         self.journal = ListJournal()
 
@@ -224,12 +229,14 @@ class StageOperator:
     def __init__(self, stage: Stage) -> None:
         self.stage = stage
 
-    def confirm(self, question: str, timeout_s: float) -> str:
-        self.stage.asked.append(question)
-        return self.stage.replies.pop(0) if self.stage.replies else "yes"
+    def confirm(self, question: Question, timeout_s: float) -> Reply:
+        self.stage.asked.append(question.sentence)
+        self.stage.questions.append(question)
+        reply = self.stage.replies.pop(0) if self.stage.replies else "yes"
+        return reply if isinstance(reply, Reply) else Reply(Approval(reply), who="Ada", how="stage", at_ns=7)
 
-    def stop_requested(self) -> str | None:
-        return "STOP pressed" if self.stage.stop_when() else None
+    def stop_requested(self) -> StopRequest | None:
+        return StopRequest("STOP pressed", "Ada", "stage", 7) if self.stage.stop_when() else None
 
     def tell(self, sentence: str) -> None:
         self.stage.told.append(sentence)

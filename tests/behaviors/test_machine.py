@@ -9,18 +9,21 @@ from behaviors.events import ENDING, ENDS, NAVIGATION_EVENTS, REPLIES, TOLD, End
 from behaviors.machine import MissionMachine
 from drivers.ports import NavigationStatus
 
-WORKING = ["query", "retrieve", "confirm", "navigate", "verify", "re_observe", "exclude"]
+WORKING = ["query", "retrieve", "await_approval", "navigate", "verify", "re_observe", "exclude"]
 FINAL = ["confirmed", "failed", "navigation_failed", "cancelled", "fault"]
 TABLE = {
     ("query", "asked"): "retrieve",
-    ("retrieve", "candidate_found"): "confirm",
+    ("retrieve", "candidate_found"): "await_approval",
     ("retrieve", "unseen"): "exclude",
     ("retrieve", "unreached"): "exclude",
     ("retrieve", "exhausted"): "failed",
     ("retrieve", "none_verified"): "navigation_failed",
-    ("confirm", "approved"): "navigate",
-    ("confirm", "declined"): "cancelled",
-    ("confirm", "unseen"): "exclude",
+    ("await_approval", "approved"): "navigate",
+    ("await_approval", "declined"): "cancelled",
+    ("await_approval", "unseen"): "exclude",
+    ("await_approval", "skipped"): "exclude",
+    ("await_approval", "taken"): "retrieve",
+    ("retrieve", "declined"): "cancelled",
     ("navigate", "arrived"): "verify",
     ("navigate", "next_pose"): "navigate",
     ("navigate", "unreached"): "exclude",
@@ -75,8 +78,8 @@ def test_every_navigation_status_means_one_event_that_a_drive_may_report():
     assert all(("navigate", event.value) in TABLE for event in NAVIGATION_EVENTS.values())
 
 
-def test_every_reply_of_the_operator_is_an_event_of_confirm():
-    assert all(("confirm", event.value) in TABLE for event, _ in REPLIES.values())
+def test_every_reply_of_the_operator_is_an_event_of_await_approval():
+    assert all(("await_approval", event.value) in TABLE for event, _ in REPLIES.values())
 
 
 def test_an_exception_in_a_callback_surfaces():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from behaviors.events import End
-from drivers.ports import NavigationResult, NavigationStatus, PoseUnavailable
+from drivers.ports import Approval, NavigationResult, NavigationStatus, PoseUnavailable, Reply
 from logs.trial import records
 
 ABORTED = NavigationResult(NavigationStatus.ABORTED, "no valid path", 208)
@@ -28,7 +28,7 @@ def test_the_right_candidate_is_confirmed_at_the_first_visit(stage, extinguisher
     s = stage([extinguisher])
     outcome = s.run()
     assert (outcome.end, outcome.visits, outcome.object_id) == (End.CONFIRMED, 1, 0)
-    assert s.path == ["retrieve", "confirm", "navigate", "verify", "confirmed"]
+    assert s.path == ["retrieve", "await_approval", "navigate", "verify", "confirmed"]
     assert len(s.asked) == 1 and "fire extinguisher" in s.asked[0]
 
 
@@ -177,7 +177,7 @@ def test_a_site_may_allow_motion_without_asking(stage, extinguisher):
 STOPS = {
     "query": lambda s: True,
     "retrieve": lambda s: s.path[-1:] == ["retrieve"],
-    "confirm": lambda s: s.path[-1:] == ["confirm"],
+    "await_approval": lambda s: s.path[-1:] == ["await_approval"],
     "navigate": lambda s: len(s.sent) == 1,
     "verify": lambda s: s.perceived == 1,
     "re_observe": lambda s: s.path[-1:] == ["re_observe"],
@@ -326,3 +326,79 @@ def test_the_frame_that_is_judged_was_taken_after_the_robot_stood_still(stage, e
     assert len(frames) == 2  # one to measure the mount, one at arrival
     drive_s = 2 * 0.05
     assert frames[1].stamp_ns - frames[0].stamp_ns >= (drive_s + 0.5 + s.policy.camera_max_age_s) * 1e9
+
+
+def test_a_question_is_bound_to_the_object_its_goal_the_way_and_the_memory(stage, impostor, extinguisher):
+    s = stage([impostor, extinguisher])
+    s.replies = ["no"]
+    s.run()
+    [question] = s.questions
+    assert question.memory_hash == s.memory.content_hash
+    assert question.object_id == s.of(records.Chosen)[0].object_id == question.options[0].object_id
+    assert question.path_length_m == pytest.approx(question.goal.distance_to(s.robot))
+    assert [option.number for option in question.options] == list(range(1, len(question.options) + 1))
+    assert "Seen 3 times in 3 frames, called fire extinguisher" in question.because
+    [asked] = s.of(records.Asked)
+    assert (asked.object_id, asked.memory_hash) == (question.object_id, question.memory_hash)
+
+
+def test_who_answered_how_and_when_is_in_the_trial(stage, extinguisher):
+    s = stage([extinguisher])
+    s.run()
+    [reply] = s.of(records.OperatorReply)
+    assert (reply.reply, reply.who, reply.how, reply.at_ns) == ("yes", "Ada", "stage", 7)
+
+
+def test_who_stopped_is_in_the_trial(stage, extinguisher):
+    s = stage([extinguisher])
+    s.stop_when = lambda: True
+    s.run()
+    [stop] = s.of(records.Stop)
+    assert (stop.because, stop.who, stop.how, stop.at_ns) == ("STOP pressed", "Ada", "stage", 7)
+
+
+def test_not_this_one_is_set_aside_as_declined_and_the_next_one_is_asked_for(stage, impostor, extinguisher):
+    s = stage([impostor, extinguisher])
+    s.replies = ["not this one"]
+    outcome = s.run()
+    first = s.questions[0].object_id
+    assert outcome.end is End.CONFIRMED or outcome.object_id != first
+    assert outcome.declined == outcome.set_aside == (first,) and first not in outcome.rejected
+    [exclusion] = [e for e in s.of(records.Exclusion) if e.object_id == first]
+    assert (exclusion.where, exclusion.declined) == ("set aside", True)
+    assert s.questions[1].object_id != first
+
+
+def test_declined_candidates_are_outside_the_limit_of_three(stage, make):
+    s = stage([make.box(2.0 + k, 5.0, "fire extinguisher", "fire extinguisher") for k in range(5)])
+    s.replies = ["not this one"] * 4
+    outcome = s.run()
+    assert outcome.end is End.CONFIRMED and len(outcome.declined) == 4
+
+
+def test_where_the_operator_wants_none_of_them_the_mission_is_cancelled(stage, impostor, extinguisher):
+    s = stage([impostor, extinguisher])
+    s.replies = ["not this one", "not this one"]
+    outcome = s.run()
+    assert (outcome.end, outcome.visits, s.sent) == (End.CANCELLED, 0, [])
+    assert outcome.reason == "no candidate left that the operator wants"
+
+
+def test_another_candidate_may_be_taken_first_and_is_asked_for_itself(stage, impostor, extinguisher):
+    s = stage([impostor, extinguisher])
+    first, second = (each.object_id for each in s.memory.rank("fire extinguisher", limit=2))
+    s.replies = [Reply(Approval.TAKE, second), "yes"]
+    outcome = s.run()
+    assert [question.object_id for question in s.questions[:2]] == [first, second]
+    assert s.of(records.Chosen)[1].object_id == second
+    assert s.path[:4] == ["retrieve", "await_approval", "retrieve", "await_approval"]
+    assert outcome.end is End.CONFIRMED
+
+
+def test_a_candidate_that_is_not_asked_about_may_be_excluded_by_hand(stage, impostor, extinguisher):
+    s = stage([impostor, extinguisher])
+    first, second = (each.object_id for each in s.memory.rank("fire extinguisher", limit=2))
+    s.replies = [Reply(Approval.NOT_THIS_ONE, second)]
+    outcome = s.run()
+    assert outcome.declined == (second,)
+    assert [question.object_id for question in s.questions] == [first, first]

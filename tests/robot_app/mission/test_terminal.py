@@ -2,107 +2,131 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import pytest
 
-from robot_app.mission.terminal import TerminalOperator
+from drivers.ports import Approval, Option, Question
+from robot_app.mission.operator import Operator
+from robot_app.mission.terminal import Terminal
 
 LONG_S = 30.0  # longer than any of these tests takes
+MAY_I = Question(
+    "May I?",
+    memory_hash="abc",
+    object_id=4,
+    because="Seen 9 times.",
+    options=(Option(1, 4, "lamp", 0.7), Option(2, 9, "torch", 0.6)),
+)
 
 
 @pytest.fixture
-def operator(keyboard, screen):
-    with TerminalOperator(source=keyboard, screen=screen) as made:
+def operator(keyboard, screen) -> Iterator[Operator]:
+    made = Operator()
+    with Terminal(made, who="Ada", source=keyboard, screen=screen):
         yield made
 
 
 @pytest.mark.parametrize(
-    ("typed", "reply"), [("yes", "yes"), ("Y", "yes"), ("no", "no"), ("N", "no"), ("stop", "stop"), ("HALT!", "stop")]
+    ("typed", "reply"),
+    [
+        ("yes", ("yes", None)),
+        ("Y", ("yes", None)),
+        ("no", ("no", None)),
+        ("N", ("no", None)),
+        ("stop", ("stop", None)),
+        ("HALT!", ("stop", None)),
+        ("Not  this one.", ("not this one", 4)),
+        ("not 2", ("not this one", 9)),
+        ("take 2", ("take", 9)),
+    ],
 )
 def test_an_answer_after_the_question_counts(operator, keyboard, screen, typed, reply):
     screen.reactions["May I?"] = lambda: keyboard.type(typed)
-    assert operator.confirm("May I?", LONG_S) == reply
+    given = operator.confirm(MAY_I, LONG_S)
+    assert (given.word, given.object_id) == reply
+    assert (given.who, given.how) == ("Ada", "terminal")
 
 
 def test_an_answer_typed_before_the_question_does_not_count(operator, keyboard, screen):
     keyboard.type("yes", "y")
     keyboard.wait_until_read()
     screen.reactions["May I?"] = lambda: keyboard.type("no")
-    assert operator.confirm("May I?", LONG_S) == "no"
+    assert operator.confirm(MAY_I, LONG_S).word is Approval.NO
 
 
-def test_silence_is_no_yes(operator):
-    assert operator.confirm("May I?", 0.02) == "expired"
+def test_silence_is_no_yes(operator, screen):
+    assert operator.confirm(MAY_I, 0.02).word is Approval.EXPIRED
+    assert screen.lines[-1] == "Nobody answered in time."
 
 
 def test_what_is_neither_yes_nor_no_is_asked_again(operator, keyboard, screen):
-    screen.reactions["May I?"] = lambda: keyboard.type("perhaps", "yes")
-    assert operator.confirm("May I?", LONG_S) == "yes"
+    screen.reactions["May I?"] = lambda: keyboard.type("perhaps", "take 7", "yes")
+    assert operator.confirm(MAY_I, LONG_S).word is Approval.YES
     assert any("'perhaps' is neither yes nor no" in line for line in screen.lines)
+    assert any("no candidate number 7" in line for line in screen.lines)
+
+
+def test_why_shows_the_evidence_and_the_other_candidates_and_the_question_stays_open(operator, keyboard, screen):
+    screen.reactions["May I?"] = lambda: keyboard.type("why", "yes")
+    assert operator.confirm(MAY_I, LONG_S).word is Approval.YES
+    assert screen.lines[1:4] == ["Seen 9 times.", "  1. lamp  0.70", "  2. torch  0.60"]
 
 
 @pytest.mark.parametrize("when", ["before the question", "while it is asked"])
 def test_where_the_input_has_ended_nobody_is_waited_for_and_the_prompt_ends_too(operator, keyboard, screen, when):
     if when == "before the question":
         keyboard.end()
-        keyboard.wait_until_read()
+        while "terminal" in operator.present:
+            pass
     else:
         screen.reactions["May I?"] = keyboard.end
-    assert operator.confirm("May I?", LONG_S) == "expired"
+    assert operator.confirm(MAY_I, LONG_S).word is Approval.EXPIRED
     assert screen.lines[-1] == "Nobody can answer: the input has ended."
-    assert operator.next_line() is None
+    assert operator.next_sentence() is None
 
 
 def test_a_stop_is_heard_at_any_time_and_keeps_its_first_reason(operator, keyboard):
     assert operator.stop_requested() is None
     keyboard.type("Stop!")
     keyboard.wait_until_read()
-    operator.request_stop(because="the operator pressed Ctrl-C")
-    assert operator.stop_requested() == "the operator said stop"
-    assert operator.confirm("May I?", LONG_S) == "stop"
+    operator.stop(because="the operator pressed Ctrl-C")
+    assert operator.stop_requested().because == "the operator said stop"
+    assert operator.confirm(MAY_I, LONG_S).word is Approval.STOP
 
 
-def test_a_stop_ends_with_the_next_sentence_and_not_before(operator, keyboard):
-    keyboard.type("stop", "find the bucket")
+def test_a_stop_drops_what_was_typed_ahead_and_says_so(operator, keyboard, screen):
+    keyboard.type("find the bucket", "stop", "find the lamp")
     keyboard.wait_until_read()
-    assert operator.stop_requested() == "the operator said stop"
-    assert operator.next_line() == "find the bucket"
-    operator.begin()
+    assert "Not asked any more: 'find the bucket'" in screen.lines[0]
+    sentence = operator.next_sentence()
+    assert sentence.text == "find the lamp"
+    operator.begin(sentence)
     assert operator.stop_requested() is None
 
 
-def test_a_stop_typed_right_after_the_sentence_is_of_that_mission(operator, keyboard):
-    keyboard.type("find the bucket", "stop")
+def test_an_empty_line_ends_after_what_was_asked_before_it(operator, keyboard):
+    keyboard.type("find the bucket", "")
     keyboard.wait_until_read()
-    assert operator.next_line() == "find the bucket"
-    operator.begin()
-    assert operator.stop_requested() == "the operator said stop"
-
-
-def test_ctrl_c_during_a_mission_counts_for_what_was_typed_ahead_and_not_for_what_comes_later(operator, keyboard):
-    keyboard.type("find the bucket", "find the lamp")
-    keyboard.wait_until_read()
-    operator.next_line()
-    operator.begin()
-    operator.request_stop(because="the operator pressed Ctrl-C")
-    assert operator.next_line() == "find the lamp"
-    operator.begin()
-    assert operator.stop_requested() == "the operator pressed Ctrl-C"
-    keyboard.type("find the sofa")
-    assert operator.next_line() == "find the sofa"
-    operator.begin()
-    assert operator.stop_requested() is None
+    assert operator.next_sentence().text == "find the bucket"
+    assert operator.next_sentence() is None
 
 
 def test_a_late_yes_is_no_new_mission(operator, keyboard, screen):
     keyboard.type("yes", "find the bucket")
-    assert operator.next_line() == "find the bucket"
+    assert operator.next_sentence().text == "find the bucket"
     assert "Nothing is being asked now" in screen.lines[0]
 
 
-def test_where_motion_is_allowed_nobody_is_asked_and_the_screen_says_why(keyboard, screen):
-    operator = TerminalOperator(motion="allow", source=keyboard, screen=screen)
-    assert operator.confirm("May I?", LONG_S) == "yes"
-    assert screen.lines == ["May I? yes (the configuration allows motion)"]
+def test_who_lost_the_command_is_told_and_gets_it_back_by_taking_over(operator, keyboard, screen):
+    operator.take("Bob", "console", over=True)
+    keyboard.type("find the bucket", "take over", "find the lamp")
+    keyboard.wait_until_read()
+    assert screen.lines[:2] == [
+        "Bob (console) commands the robot now. It was Ada (terminal).",
+        "Bob (console) commands the robot now: take over first. (here: type 'take over')",
+    ]
+    assert [sentence.text for sentence in operator.waiting] == ["find the lamp"]
 
 
 def test_control_characters_are_made_visible_and_long_sentences_stay_whole(operator, screen):
@@ -116,6 +140,7 @@ def test_an_input_that_cannot_be_read_ends_like_one_that_ended_and_is_named(scre
         def __iter__(self):
             raise OSError("the terminal is gone")
 
-    with TerminalOperator(source=Broken(), screen=screen) as operator:
-        assert operator.next_line() is None
+    operator = Operator()
+    with Terminal(operator, source=Broken(), screen=screen):
+        assert operator.next_sentence() is None
     assert any("the terminal is gone" in line for line in screen.lines)

@@ -1,0 +1,295 @@
+"""The operator of a robot, whoever speaks for them: one lease, one STOP latch, one question, one queue of sentences.
+
+Terminal, console, voice and other programs are clients: they take the lease, ask, answer, and listen. Missions, signals
+and verbs know only this. Every method may be called from any thread; a signal handler calls on a thread of its own.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+
+from drivers.ports import Approval, Question, Reply, StopRequest
+from robot_app.mission.lease import Lease, Leases, Refused
+from robot_app.mission.open_question import OpenQuestion
+from robot_app.mission.sentences import Sentence, Sentences
+
+SILENT_S = 0.7  # without a sign of life from the client that commands, a moving robot is held
+QUEUE_MAX = 8
+SENTENCE_MAX = 300  # characters
+
+
+class Change(StrEnum):
+    """What a listener is told of."""
+
+    TOLD = "told"
+    ASKED = "asked"
+    ANSWERED = "answered"
+    EXPIRED = "expired"
+    STOPPED = "stopped"
+    LEASE = "lease"
+    QUEUE = "queue"
+    MISSION = "mission"
+
+
+@dataclass(frozen=True, slots=True)
+class Notice:
+    """A change, and a sentence for the screen ("" where the change says it all)."""
+
+    change: Change
+    sentence: str = ""
+
+
+Listener = Callable[[Notice], None]
+
+
+class Operator:
+    """The Operator port, and what its clients call.
+
+    approve_all: why nobody needs to be asked before motion, "" where somebody must be. now_s, epoch_ns: clocks.
+    """
+
+    def __init__(
+        self,
+        *,
+        approve_all: str = "",
+        now_s: Callable[[], float] = time.monotonic,
+        epoch_ns: Callable[[], int] = time.time_ns,
+    ) -> None:
+        self._approve_all, self._now_s, self._epoch_ns = approve_all, now_s, epoch_ns
+        self._changed = threading.Condition(threading.RLock())
+        self._listeners: tuple[Listener, ...] = ()
+        self._leases, self._sentences = Leases(), Sentences()
+        self._present: frozenset[str] = frozenset()
+        self._question: OpenQuestion | None = None
+        self._questions = 0
+        self._stop: StopRequest | None = None
+        self._said = self._stopped_at = 0  # what was said in which order
+        self._mission: Sentence | None = None
+        self._beat_s = now_s()
+
+    # ---- what everybody may see
+
+    @property
+    def lease(self) -> Lease | None:
+        return self._leases.current
+
+    @property
+    def question(self) -> OpenQuestion | None:
+        return self._question
+
+    @property
+    def waiting(self) -> tuple[Sentence, ...]:
+        return self._sentences.waiting
+
+    @property
+    def mission(self) -> Sentence | None:
+        """What the robot is about, None between missions."""
+        return self._mission
+
+    @property
+    def present(self) -> frozenset[str]:
+        """The clients by which somebody can answer."""
+        return self._present
+
+    def left_s(self) -> float:
+        """Seconds left to answer the open question; 0 where there is none."""
+        question = self._question
+        return question.left_s(self._now_s()) if question else 0.0
+
+    def listen(self, listener: Listener) -> Callable[[], None]:
+        """Be told of every change, on its own thread; returns what ends it. Listeners neither wait nor raise."""
+        with self._changed:
+            self._listeners = (*self._listeners, listener)
+
+        def end() -> None:
+            with self._changed:
+                self._listeners = tuple(each for each in self._listeners if each is not listener)
+
+        return end
+
+    # ---- clients: who is there, and who commands
+
+    def join(self, how: str) -> None:
+        """A client by which somebody can answer."""
+        with self._changed:
+            self._present |= {how}
+
+    def leave(self, how: str) -> None:
+        """That client is gone; where it was the last one nobody is waited for any more."""
+        with self._changed:
+            self._present -= {how}
+            self._changed.notify_all()
+
+    def take(self, who: str, how: str, *, over: bool = False, beats: bool = False) -> Lease:
+        """The lease; raises Refused where somebody has it, unless `over`, which voids the question and the queue."""
+        with self._changed:
+            before = self._leases.current
+            lease = self._leases.take(who, how, over=over, beats=beats)
+            self._beat_s = self._now_s()
+            if before is not None:
+                self._sentences.drop()
+                self._void()
+            self._changed.notify_all()
+        since = f" It was {before.holder}." if before else ""
+        self._tell(Change.LEASE, f"{lease.holder} commands the robot now.{since}")
+        return lease
+
+    def release(self, lease: Lease) -> None:
+        """Give the lease back; raises Refused while a mission runs: somebody must be in charge of it."""
+        with self._changed:
+            self._leases.require(lease)
+            if self._mission is not None:
+                raise Refused("A mission is under way: stop it first, or let somebody take over.")
+            self._leases.release(lease)
+        self._tell(Change.LEASE, "Nobody commands the robot now.")
+
+    def beat(self, lease: Lease) -> None:
+        """A sign of life of the client that commands; raises Refused where it does not."""
+        with self._changed:
+            self._leases.require(lease)
+            self._beat_s = self._now_s()
+
+    def silence(self) -> str | None:
+        """Why a moving robot must be held: whoever commands it is not heard. None where all is well."""
+        lease, silent_s = self._leases.current, self._now_s() - self._beat_s
+        if lease is None or not lease.beats or silent_s <= SILENT_S:
+            return None
+        return f"The page of {lease.holder} has not been on a screen for {silent_s:.1f} s."
+
+    # ---- clients: commands
+
+    def ask(self, lease: Lease | None, text: str) -> Sentence:
+        """Ask for a thing; its mission comes when those before it have ended. Raises Refused."""
+        with self._changed:
+            held = self._leases.require(lease)
+            if len(text) > SENTENCE_MAX or len(self._sentences.waiting) >= QUEUE_MAX:
+                raise Refused(f"Too much: {QUEUE_MAX} sentences of {SENTENCE_MAX} characters may wait.")
+            self._said += 1
+            sentence = Sentence(text, held.who, held.how, self._said)
+            self._sentences.put(sentence)
+            self._changed.notify_all()
+        self._tell(Change.QUEUE)
+        return sentence
+
+    def answer(
+        self,
+        lease: Lease | None,
+        question_id: int,
+        word: Approval,
+        *,
+        memory_hash: str,
+        number: int | None = None,
+    ) -> Reply:
+        """Answer the open question; what was taken. Raises Refused, and then nothing was."""
+        with self._changed:
+            held, asked = self._leases.require(lease), self._question
+            if asked is None:
+                raise Refused("Nothing is being asked now.")
+            asked.require(question_id, memory_hash, self._now_s())
+            object_id = asked.chosen(word, number)
+            reply = asked.reply = Reply(word, object_id, held.who, held.how, self._epoch_ns())
+            self._changed.notify_all()
+        self._tell(Change.ANSWERED, f"{held.holder}: {word}.")
+        return reply
+
+    def stop(self, *, because: str, who: str = "", how: str = "") -> None:
+        """STOP, by anybody and at any time. It stays until the next sentence, and what waits is dropped."""
+        with self._changed:
+            self._said += 1
+            self._stopped_at = self._said
+            self._stop = self._stop or StopRequest(because, who, how, self._epoch_ns())
+            dropped = self._sentences.drop()
+            self._changed.notify_all()
+        words = "".join(f" Not asked any more: {sentence.text!r}." for sentence in dropped)
+        self._tell(Change.STOPPED, f"STOP: {because}.{words}")
+
+    def end(self) -> None:
+        """No further sentences: the program ends after those that wait."""
+        with self._changed:
+            self._sentences.ended = True
+            self._changed.notify_all()
+
+    # ---- the program that runs missions
+
+    def next_sentence(self) -> Sentence | None:
+        """Wait for the next sentence; None once there will be none."""
+        with self._changed:
+            while not self._sentences.waiting:
+                if self._sentences.ended or not self._present:
+                    return None
+                self._changed.wait()
+            return self._sentences.take()
+
+    def begin(self, sentence: Sentence) -> None:
+        """Its mission begins: a STOP of before the sentence no longer counts (it never restarts motion either)."""
+        with self._changed:
+            if sentence.order > self._stopped_at:
+                self._stop = None
+            self._mission = sentence
+        self._tell(Change.MISSION)
+
+    def ended(self) -> None:
+        """The mission is over."""
+        with self._changed:
+            self._mission = None
+        self._tell(Change.MISSION)
+
+    # ---- the Operator port
+
+    def tell(self, sentence: str) -> None:
+        self._tell(Change.TOLD, sentence)
+
+    def stop_requested(self) -> StopRequest | None:
+        return self._stop
+
+    def confirm(self, question: Question, timeout_s: float) -> Reply:
+        """The answer to this question alone; a takeover puts it anew, to the new operator."""
+        if self._approve_all:
+            self.tell(f"{question.sentence} yes ({self._approve_all})")
+            return Reply(Approval.YES, how=self._approve_all, at_ns=self._epoch_ns())
+        while True:
+            asked = self._open(question, timeout_s)
+            self._tell(Change.ASKED, question.sentence)
+            reply = self._await(asked)
+            if reply is not None:
+                return reply
+
+    def _open(self, question: Question, timeout_s: float) -> OpenQuestion:
+        with self._changed:
+            self._questions += 1
+            asked = OpenQuestion(self._questions, question, timeout_s, self._now_s() + timeout_s)
+            self._question = asked
+            return asked
+
+    def _await(self, asked: OpenQuestion) -> Reply | None:
+        """None where it was voided."""
+        with self._changed:
+            try:
+                while not asked.void:
+                    if self._stop is not None:
+                        return Reply(Approval.STOP, None, self._stop.who, self._stop.how, self._stop.at_ns)
+                    if asked.reply is not None:
+                        return asked.reply
+                    left_s = asked.left_s(self._now_s())
+                    if left_s <= 0.0 or not self._present:
+                        break
+                    self._changed.wait(left_s)
+            finally:
+                self._question = None
+        if asked.void:
+            return None
+        late = "Nobody answered in time." if self._present else "Nobody can answer: the input has ended."
+        self._tell(Change.EXPIRED, late)
+        return Reply(Approval.EXPIRED)
+
+    def _void(self) -> None:
+        if self._question is not None:
+            self._question.void = True
+
+    def _tell(self, change: Change, sentence: str = "") -> None:
+        for listener in self._listeners:
+            listener(Notice(change, sentence))
