@@ -55,7 +55,6 @@ from logs.trial import records
 from logs.trial.journal import Journal
 from logs.trial.recording_ports import recorded
 from openbelief.arrays import Array
-from openbelief.evidence import canonical_order, content_hash
 from openbelief.goal_pose import GoalSearch, goal_poses
 from openbelief.memory import ObjectMemory
 from openbelief.parameters import Parameters
@@ -283,10 +282,7 @@ class Mission:
 
 def fingerprint(memory: ObjectMemory) -> str:
     """The memory's content hash, computed again from the evidence it holds now."""
-    _, digests = canonical_order(memory.observations)
-    return content_hash(
-        digests, memory.partition, memory.text_encoder_id, memory.parameters, memory.feature_text_aligned
-    )
+    return memory.evidence.hashed_again()
 
 
 def _fault_sentence(error: Exception) -> str:

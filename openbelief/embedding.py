@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from openbelief.arrays import Array, read_only
 from openbelief.observation import Observation
+from openbelief.perception.ports import TextEncoder
 from openbelief.phrase import comparable
-
-if TYPE_CHECKING:
-    from openbelief.perception.ports import TextEncoder
 
 
 def embed_phrases(evidence: Sequence[Observation], encoder: TextEncoder) -> dict[str, Array]:

@@ -6,29 +6,26 @@ import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from numbers import Integral
-from pathlib import Path
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from openbelief import store
 from openbelief.arrays import Array
+from openbelief.association import ExtentAlarm, associate, extent_alarms
 from openbelief.belief import Concept, synonym_threshold
 from openbelief.embedding import embed_phrases, unit_rows
-from openbelief.evidence import FrameRecord, canonical_order, content_hash
+from openbelief.evidence import Evidence, FrameRecord, canonical_order
 from openbelief.node import ObjectNode, make_node
 from openbelief.observation import Observation
 from openbelief.parameters import Parameters
+from openbelief.perception.ports import TextEncoder
 from openbelief.phrase import is_background
 from openbelief.projection import check_projection, project_language, project_node
 from openbelief.retrieval import Candidate, best_first, check_readout, score
 from openbelief.rooms import Room, room_at
 from openbelief.surroundings import Surroundings
 from openbelief.target_phrase import target_phrase
-
-if TYPE_CHECKING:
-    from openbelief.association import ExtentAlarm
-    from openbelief.perception.ports import TextEncoder
 
 ACQUISITION_PARAMETERS = (
     "voxel_m",
@@ -44,27 +41,13 @@ __all__ = ["Candidate", "Concept", "ObjectMemory", "ObjectNode"]
 
 @dataclass(frozen=True, eq=False)
 class ObjectMemory:
-    """Make one with `build` or `open`. Nothing in it can be changed; belief follows from observations and parameters.
+    """Make one with `build` or `open`. Nothing in it can be changed; belief follows from the evidence.
 
-    observations, digests, partition: the evidence in canonical order, its hashes, and the object each belongs to.
-    embeddings: phrase -> (d,) float32. frames: what mapping dealt with. about: where it came from (JSON). rooms: where
-    things stand, given ones first; surroundings: keyframes and maps. The content hash covers neither.
+    objects: B_i, row i has id i. text_encoder: None where only vectors can be asked.
     """
 
-    objects: tuple[ObjectNode, ...]
-    parameters: Parameters
-    text_encoder_id: str
-    text_dim: int
-    feature_text_aligned: bool
-    content_hash: str
-    observations: tuple[Observation, ...] = field(repr=False)
-    digests: tuple[bytes, ...] = field(repr=False)
-    partition: tuple[int, ...] = field(repr=False)
-    embeddings: Mapping[str, Array] = field(repr=False)
-    frames: tuple[FrameRecord, ...] = field(repr=False)
-    about: Mapping[str, Any] = field(repr=False)
-    rooms: tuple[Room, ...] = field(repr=False, default=())
-    surroundings: Surroundings = field(repr=False, default=Surroundings())
+    evidence: Evidence
+    objects: tuple[ObjectNode, ...] = field(repr=False)
     text_encoder: TextEncoder | None = field(repr=False, default=None)
 
     @classmethod
@@ -85,27 +68,25 @@ class ObjectMemory:
         feature_text_aligned: False where features cannot be compared with text (they may then have another length).
         Raises ValueError on features of unlike length or an encoder that breaks its word.
         """
-        from openbelief.association import associate
-
         given, parameters = list(observations), parameters or Parameters()
         order, digests = canonical_order(given)
-        evidence = [given[i] for i in order]
-        _check_features(evidence, text_encoder.dim if feature_text_aligned else None)
-        return cls._assemble(
-            evidence,
-            digests,
-            associate(evidence, parameters).tolist(),
-            embed_phrases(evidence, text_encoder),
+        ordered = [given[i] for i in order]
+        _check_features(ordered, text_encoder.dim if feature_text_aligned else None)
+        evidence = Evidence(
+            observations=ordered,
+            digests=digests,
+            partition=associate(ordered, parameters).tolist(),
+            embeddings=embed_phrases(ordered, text_encoder),
+            frames=tuple(sorted(frames)) or _frames_of(ordered),
+            rooms=tuple(rooms),
+            about=about or {},
+            surroundings=surroundings or Surroundings(),
             parameters=parameters,
             text_encoder_id=text_encoder.id,
             text_dim=int(text_encoder.dim),
             feature_text_aligned=feature_text_aligned,
-            frames=tuple(sorted(frames)) or _frames_of(evidence),
-            about=about or {},
-            rooms=tuple(rooms),
-            surroundings=surroundings or Surroundings(),
-            text_encoder=text_encoder,
         )
+        return cls.of(evidence, text_encoder)
 
     @classmethod
     def open(cls, path: str | os.PathLike[str], text_encoder: TextEncoder | None = None) -> ObjectMemory:
@@ -113,27 +94,68 @@ class ObjectMemory:
 
         Raises BeliefFileError where the file cannot be used, ValueError where the encoder is not the file's.
         """
-        from openbelief import store
-
-        stored = store.read(path)
-        meta = stored.meta
-        memory = cls._assemble(
-            stored.observations,
-            stored.digests,
-            stored.partition,
-            stored.embeddings,
-            parameters=Parameters.from_dict(meta["parameters"]),
-            text_encoder_id=meta["text_encoder_id"],
-            text_dim=meta["text_dim"],
-            feature_text_aligned=meta["feature_text_aligned"],
-            frames=stored.frames,
-            about=meta["about"],
-            rooms=stored.rooms,
-            surroundings=stored.surroundings,
-        )
-        if memory.content_hash != meta["content_hash"]:
-            raise store.BeliefFileError(store.damaged(Path(path), "its content hash is not what its evidence gives"))
+        memory = cls.of(store.read(path))
         return memory if text_encoder is None else memory.with_text_encoder(text_encoder)
+
+    @classmethod
+    def of(cls, evidence: Evidence, text_encoder: TextEncoder | None = None) -> ObjectMemory:
+        """The objects, derived: the same evidence, partition and parameters give the same memory."""
+        threshold = synonym_threshold(evidence.parameters, evidence.text_encoder_id)
+        members: dict[int, list[Observation]] = {}
+        for observation, object_id in zip(evidence.observations, evidence.partition, strict=True):
+            members.setdefault(object_id, []).append(observation)
+        nodes = (
+            make_node(i, members[i], evidence.embeddings, threshold, evidence.parameters, evidence.rooms)
+            for i in sorted(members)
+        )
+        return cls(evidence, tuple(nodes), text_encoder)
+
+    @property
+    def parameters(self) -> Parameters:
+        return self.evidence.parameters
+
+    @property
+    def text_encoder_id(self) -> str:
+        return self.evidence.text_encoder_id
+
+    @property
+    def text_dim(self) -> int:
+        return self.evidence.text_dim
+
+    @property
+    def feature_text_aligned(self) -> bool:
+        return self.evidence.feature_text_aligned
+
+    @property
+    def content_hash(self) -> str:
+        """Names the evidence, its partition, the encoder and the parameters."""
+        return self.evidence.content_hash
+
+    @property
+    def observations(self) -> Sequence[Observation]:
+        """All evidence, in canonical order."""
+        return self.evidence.observations
+
+    @property
+    def embeddings(self) -> Mapping[str, Array]:
+        """Every comparable phrase -> (d,) float32 unit length."""
+        return self.evidence.embeddings
+
+    @property
+    def frames(self) -> tuple[FrameRecord, ...]:
+        return self.evidence.frames
+
+    @property
+    def about(self) -> Mapping[str, Any]:
+        return self.evidence.about
+
+    @property
+    def rooms(self) -> tuple[Room, ...]:
+        return self.evidence.rooms
+
+    @property
+    def surroundings(self) -> Surroundings:
+        return self.evidence.surroundings
 
     def with_text_encoder(self, text_encoder: TextEncoder) -> ObjectMemory:
         """The same memory, able to hear sentences. Raises ValueError on another id or dim than the stored one."""
@@ -148,81 +170,29 @@ class ObjectMemory:
         """The same memory, of the same content hash, whose objects stand in these rooms."""
         named = tuple(rooms)
         nodes = tuple(replace(node, room=room_at(node.centroid, named)) for node in self.objects)
-        return replace(self, objects=nodes, rooms=named)
+        return replace(self, evidence=replace(self.evidence, rooms=named), objects=nodes)
 
     def with_surroundings(self, surroundings: Surroundings) -> ObjectMemory:
         """The same memory, of the same content hash, with these keyframes and maps."""
-        return replace(self, surroundings=surroundings)
+        return replace(self, evidence=replace(self.evidence, surroundings=surroundings))
 
     def rebuilt(self, parameters: Parameters) -> ObjectMemory:
         """The memory that other parameters make of the same evidence; needs neither perception nor text encoder.
 
         Raises ValueError on another acquisition parameter: what it would have kept is not in the evidence.
         """
-        from openbelief.association import associate
-
         for name in ACQUISITION_PARAMETERS:
             if getattr(parameters, name) != getattr(self.parameters, name):
                 raise ValueError(f"Parameter {name} decides what is taken from a frame: map again with it.")
-        return self._assemble(
-            list(self.observations),
-            list(self.digests),
-            associate(self.observations, parameters).tolist(),
-            self.embeddings,
-            parameters=parameters,
-            text_encoder_id=self.text_encoder_id,
-            text_dim=self.text_dim,
-            feature_text_aligned=self.feature_text_aligned,
-            frames=self.frames,
-            about=self.about,
-            rooms=self.rooms,
-            surroundings=self.surroundings,
-            text_encoder=self.text_encoder,
-        )
-
-    @classmethod
-    def _assemble(
-        cls,
-        evidence: list[Observation],
-        digests: list[bytes],
-        partition: list[int],
-        embeddings: Mapping[str, Array],
-        *,
-        parameters: Parameters,
-        text_encoder_id: str,
-        feature_text_aligned: bool,
-        about: Mapping[str, Any],
-        rooms: tuple[Room, ...],
-        **rest: Any,
-    ) -> ObjectMemory:
-        """The objects, derived: the same evidence, partition and parameters give the same memory."""
-        threshold = synonym_threshold(parameters, text_encoder_id)
-        members: dict[int, list[Observation]] = {}
-        for observation, object_id in zip(evidence, partition, strict=True):
-            members.setdefault(object_id, []).append(observation)
-        return cls(
-            objects=tuple(make_node(i, members[i], embeddings, threshold, parameters, rooms) for i in sorted(members)),
-            parameters=parameters,
-            text_encoder_id=text_encoder_id,
-            feature_text_aligned=feature_text_aligned,
-            content_hash=content_hash(digests, partition, text_encoder_id, parameters, feature_text_aligned),
-            observations=tuple(evidence),
-            digests=tuple(digests),
-            partition=tuple(partition),
-            embeddings=MappingProxyType(dict(embeddings)),
-            about=MappingProxyType(dict(about)),
-            rooms=rooms,
-            **rest,
-        )
+        partition = associate(self.observations, parameters).tolist()
+        return self.of(replace(self.evidence, partition=partition, parameters=parameters), self.text_encoder)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """A finished .belief file, all of it or nothing; one that is there already is replaced.
 
         Raises BeliefFileError where it cannot be written.
         """
-        from openbelief import store
-
-        store.write(path, self)
+        store.write(path, self.evidence)
 
     def rank(
         self,
@@ -265,9 +235,7 @@ class ObjectMemory:
 
     def extent_alarms(self) -> list[ExtentAlarm]:
         """Objects larger than their views explain (label = object id): reported, never silently split."""
-        from openbelief.association import extent_alarms
-
-        return extent_alarms(self.observations, np.array(self.partition, dtype=np.int64), self.parameters)
+        return extent_alarms(self.observations, np.array(self.evidence.partition, dtype=np.int64), self.parameters)
 
     def project(self, classes: Sequence[str] | Array, readout: str = "full") -> Array:
         """(objects, classes) float64 class distributions; row i is `objects[i]`.

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
 
 from openbelief.arrays import Array
+from openbelief.node import ObjectNode
 from openbelief.parameters import Parameters
-
-if TYPE_CHECKING:
-    from openbelief.memory import ObjectNode
 
 Projection = Literal["visual", "consensus", "early", "full"]
 

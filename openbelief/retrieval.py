@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, TypeAlias, get_args
+from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
 from openbelief.arrays import Array
+from openbelief.node import ObjectNode
 from openbelief.parameters import Parameters
-
-if TYPE_CHECKING:
-    from openbelief.memory import ObjectNode
 
 Readout = Literal["consensus", "early", "belief"]
 Scores: TypeAlias = list[float | None]

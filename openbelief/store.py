@@ -11,22 +11,19 @@ import os
 import sqlite3
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import Any, Self
 
 from openbelief import surroundings_rows
 from openbelief.arrays import Array
-from openbelief.evidence import FrameRecord, canonical_order
-from openbelief.observation import Observation
+from openbelief.evidence import Evidence, FrameRecord, canonical_order
+from openbelief.observation import Observation, RgbdFrame
 from openbelief.parameters import Parameters
-from openbelief.rooms import Room, rooms_of
+from openbelief.rooms import rooms_of
 from openbelief.store_rows import COLUMNS, SCHEMA, blob, floats, from_row, seal, to_row
 from openbelief.surroundings import CameraView, StoreyMap, Surroundings, ViewImages
-
-if TYPE_CHECKING:
-    from openbelief.memory import ObjectMemory
+from openbelief.taken import Taken
 
 APPLICATION_ID = 0x4F42454C  # "OBEL", in the SQLite header
 FORMAT = 1  # user_version; raised when an older reader would misread
@@ -34,20 +31,6 @@ FORMAT = 1  # user_version; raised when an older reader would misread
 
 class BeliefFileError(ValueError):
     """A .belief file that cannot be used; the message names the cause and the remedy in one line."""
-
-
-@dataclass(frozen=True)
-class Stored:
-    """What a finished file holds. observations in canonical order; partition: their object ids."""
-
-    observations: list[Observation]
-    digests: list[bytes]
-    partition: list[int]
-    embeddings: dict[str, Array]
-    frames: tuple[FrameRecord, ...]
-    rooms: tuple[Room, ...]
-    surroundings: Surroundings
-    meta: dict[str, Any]
 
 
 class BeliefStore:
@@ -61,7 +44,11 @@ class BeliefStore:
         self.feature_text_aligned: bool = meta["feature_text_aligned"]
         self.parameters = Parameters.from_dict(meta["parameters"])
         self.about: dict[str, Any] = meta["about"]
-        self.counts: dict[str, Any] = meta.get("counts", {})
+        self.taken = Taken.of_json(meta.get("counts", {}))
+        self._mapped: dict[str, set[int]] = {}
+        for recording, stamp_ns in connection.execute("SELECT recording, stamp_ns FROM frames NOT INDEXED"):
+            self._mapped.setdefault(recording, set()).add(stamp_ns)
+        self._left_out: list[FrameRecord] = []
 
     @classmethod
     def create(
@@ -73,7 +60,7 @@ class BeliefStore:
         parameters: Parameters,
         feature_text_aligned: bool,
         about: Mapping[str, Any],
-    ) -> BeliefStore:
+    ) -> Self:
         """A new file; raises FileExistsError where there is one, ValueError where `about` is not JSON.
 
         Raises BeliefFileError where it cannot be written, as does all that writes to it.
@@ -101,7 +88,7 @@ class BeliefStore:
         return cls(db, target)
 
     @classmethod
-    def resume(cls, path: str | os.PathLike[str]) -> BeliefStore:
+    def resume(cls, path: str | os.PathLike[str]) -> Self:
         """The file of an interrupted mapping, or a finished one that shall hold more. Raises BeliefFileError."""
         target = Path(path)
         _refuse_foreign(target)
@@ -112,41 +99,56 @@ class BeliefStore:
             db.executescript(surroundings_rows.SCHEMA)  # a file from before there were any
             return cls(db, target)
 
-    def frames_done(self, recording: str) -> set[int]:
-        """Stamps (ns) of the frames already taken or skipped, so that mapping can go on after them."""
-        return {stamp for (stamp,) in self._db.execute("SELECT stamp_ns FROM frames WHERE recording = ?", (recording,))}
+    def holds(self, recording: str, stamp_ns: int) -> bool:
+        """Whether this frame has been mapped already: what was seen in it is kept, or why nothing could be."""
+        return stamp_ns in self._mapped.get(recording, ())
+
+    def unmapped(self, frames: Iterable[RgbdFrame]) -> Iterator[RgbdFrame]:
+        """Those of the frames that the store does not hold."""
+        return (frame for frame in frames if not self.holds(frame.recording, frame.stamp_ns))
+
+    def frames_done(self, recording: str) -> frozenset[int]:
+        """Stamps (ns) of the frames that the store `holds`, so that a reader need not decode them again."""
+        return frozenset(self._mapped.get(recording, ()))
 
     def frames(self) -> tuple[FrameRecord, ...]:
-        return _read_frames(self._db)
+        """What mapping dealt with so far, and what was left out."""
+        return tuple(sorted([*_read_frames(self._db), *self._left_out]))
 
     def add_frame(
         self,
         recording: str,
         stamp_ns: int,
         observations: Iterable[Observation],
+        refused: Iterable[str] = (),
         skipped: str | None = None,
-        counts: Mapping[str, Any] | None = None,
         view: tuple[CameraView, ViewImages] | None = None,
     ) -> None:
         """One frame, all of it or nothing. ValueError: a frame done already, or another recording's evidence.
 
-        view: where it was taken and what it showed, for a keyframe. counts: what the mapper has counted with this frame
-        (JSON), kept with it as `counts` for a run that goes on.
+        refused: why masks of it gave no observation. skipped: why nothing could be seen in it. Both are counted in
+        `taken`, which a run that goes on finds again. view: where it was taken and what it showed, for a keyframe.
         """
         rows = [to_row(o) for o in observations]
         if strangers := {row[0] for row in rows} - {recording}:
             raise ValueError(f"Observations of recording {strangers.pop()!r} given as a frame of {recording!r}.")
-        if stamp_ns in self.frames_done(recording):
+        if self.holds(recording, stamp_ns):
             raise ValueError(f"Frame {stamp_ns} of recording {recording!r} is in {self.path} already.")
+        taken = self.taken.and_a_frame(len(rows), refused, skipped)
         with self._transaction():
             self._db.execute("DELETE FROM meta WHERE key IN ('content_hash', 'seal')")
             self._db.execute("INSERT INTO frames VALUES (?, ?, ?)", (recording, int(stamp_ns), skipped))
             self._insert(rows)
             if view is not None:
                 surroundings_rows.insert_view(self._db, *view)
-            if counts is not None:
-                self._set_meta("counts", dict(counts))
-        self.counts = self.counts if counts is None else dict(counts)
+            self._set_meta("counts", taken.as_json())
+        self.taken = taken
+        self._mapped.setdefault(recording, set()).add(int(stamp_ns))
+
+    def leave_out(self, recording: str, stamp_ns: int, because: str) -> None:
+        """An image that gave no frame. Told by every run that reads it, and written when the file is finished."""
+        if not self.holds(recording, stamp_ns):
+            self._left_out.append(FrameRecord(recording, int(stamp_ns), because))
 
     def last_view_pose(self, recording: str, stamp_ns: int) -> Array | None:
         """(4, 4) T_map_camera of the recording's latest keyframe before a stamp; None where there is none."""
@@ -164,23 +166,24 @@ class BeliefStore:
 
     def observations(self) -> list[Observation]:
         """All evidence so far, in the order it was added."""
-        return [from_row(row) for row in self._db.execute(f"SELECT {COLUMNS} FROM observations ORDER BY id")]
+        return _read_observations(self._db)
 
-    def finish(self, memory: ObjectMemory) -> None:
-        """Write what `memory` made of this evidence, seal and close. Raises ValueError if it is of other evidence."""
-        order, digests = canonical_order(self.observations())
-        if digests != list(memory.digests) or memory.text_encoder_id != self.text_encoder_id:
+    def finish(self, evidence: Evidence) -> None:
+        """Write how the store's observations were partitioned, seal and close. ValueError: it is of other evidence."""
+        order, digests = canonical_order(_read_observations(self._db))
+        if tuple(digests) != evidence.digests or evidence.text_encoder_id != self.text_encoder_id:
             raise ValueError(f"The memory was not built from the evidence and the text encoder of {self.path}.")
         row_ids = [row_id for (row_id,) in self._db.execute("SELECT id FROM observations ORDER BY id")]
-        objects = [(int(o), row_ids[i]) for i, o in zip(order, memory.partition, strict=True)]
-        phrases = [(phrase, blob(row)) for phrase, row in sorted(memory.embeddings.items())]
+        objects = [(int(o), row_ids[i]) for i, o in zip(order, evidence.partition, strict=True)]
+        phrases = [(phrase, blob(row)) for phrase, row in sorted(evidence.embeddings.items())]
         with self._transaction():
+            self._db.executemany("INSERT OR IGNORE INTO frames VALUES (?, ?, ?)", map(_frame_row, self._left_out))
             self._db.executemany("UPDATE observations SET object = ? WHERE id = ?", objects)
             self._db.execute("DELETE FROM phrases")
             self._db.executemany("INSERT INTO phrases VALUES (?, ?)", phrases)
-            self._set_meta("parameters", memory.parameters.to_dict())
-            self._set_meta("rooms", [room.as_json() for room in memory.rooms])
-            self._set_meta("content_hash", memory.content_hash)
+            self._set_meta("parameters", evidence.parameters.to_dict())
+            self._set_meta("rooms", [room.as_json() for room in evidence.rooms])
+            self._set_meta("content_hash", evidence.content_hash)
             self._set_meta("surroundings_seal", surroundings_rows.seal_surroundings(self._db))
             self._set_meta("seal", seal(self._db))
         self._db.execute("PRAGMA journal_mode=DELETE")  # a WAL file copied without its companion is broken
@@ -189,7 +192,7 @@ class BeliefStore:
     def close(self) -> None:
         self._db.close()
 
-    def __enter__(self) -> BeliefStore:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(
@@ -216,8 +219,8 @@ class BeliefStore:
         self._db.executemany(f"INSERT INTO observations ({COLUMNS}) VALUES ({'?, ' * 11}?)", rows)
 
 
-def read(path: str | os.PathLike[str]) -> Stored:
-    """A finished file, opened so that nothing can change it. Raises BeliefFileError with one clear line."""
+def read(path: str | os.PathLike[str]) -> Evidence:
+    """What a finished file holds, opened so that nothing can change it. Raises BeliefFileError with one clear line."""
     target = Path(path)
     _refuse_foreign(target)
     _refuse_unfinished(target)
@@ -228,10 +231,13 @@ def read(path: str | os.PathLike[str]) -> Stored:
             raise BeliefFileError(_unfinished(target))
         if meta["seal"] != seal(db):
             raise BeliefFileError(damaged(target, "its content does not match its seal"))
-        return _read_all(db, meta, target)
+        evidence = _read_all(db, meta, target)
+        if evidence.content_hash != meta["content_hash"]:
+            raise BeliefFileError(damaged(target, "its content hash is not what its evidence gives"))
+        return evidence
 
 
-def write(path: str | os.PathLike[str], memory: ObjectMemory) -> None:
+def write(path: str | os.PathLike[str], evidence: Evidence) -> None:
     """A finished file, all of it or nothing; one that is there already is replaced.
 
     Raises BeliefFileError where it cannot be written, ValueError where `about` is not JSON.
@@ -242,28 +248,26 @@ def write(path: str | os.PathLike[str], memory: ObjectMemory) -> None:
     if not target.parent.is_dir():
         raise BeliefFileError(f"The folder {target.parent} does not exist: create it, or write to another.")
     with _unwritten(target):
-        _write(target, memory)
+        _write(target, evidence)
 
 
-def _write(target: Path, memory: ObjectMemory) -> None:
+def _write(target: Path, evidence: Evidence) -> None:
     partial = target.with_name(f".{target.name}.partial")
     partial.unlink(missing_ok=True)
-    about = {**memory.about}
     try:
         with BeliefStore.create(
             partial,
-            text_encoder_id=memory.text_encoder_id,
-            text_dim=memory.text_dim,
-            parameters=memory.parameters,
-            feature_text_aligned=memory.feature_text_aligned,
-            about=about,
+            text_encoder_id=evidence.text_encoder_id,
+            text_dim=evidence.text_dim,
+            parameters=evidence.parameters,
+            feature_text_aligned=evidence.feature_text_aligned,
+            about=evidence.about,
         ) as store:
             with store._transaction():
-                frames = [(f.recording, f.stamp_ns, f.skipped) for f in memory.frames]
-                store._db.executemany("INSERT INTO frames VALUES (?, ?, ?)", frames)
-                store._insert([to_row(o) for o in memory.observations])
-                surroundings_rows.insert_all(store._db, memory.surroundings)
-            store.finish(memory)
+                store._db.executemany("INSERT INTO frames VALUES (?, ?, ?)", map(_frame_row, evidence.frames))
+                store._insert([to_row(o) for o in evidence.observations])
+                surroundings_rows.insert_all(store._db, evidence.surroundings)
+            store.finish(evidence)
         partial.replace(target)
     finally:
         partial.unlink(missing_ok=True)
@@ -301,15 +305,32 @@ def _read_surroundings(db: sqlite3.Connection, meta: dict[str, Any], path: Path)
     return surroundings_rows.read_surroundings(db, lambda key: read_images(path, key))
 
 
-def _read_all(db: sqlite3.Connection, meta: dict[str, Any], path: Path) -> Stored:
+def _read_all(db: sqlite3.Connection, meta: dict[str, Any], path: Path) -> Evidence:
     rows = db.execute(f"SELECT {COLUMNS}, object FROM observations ORDER BY id").fetchall()
     observations = [from_row(row[:-1]) for row in rows]
     order, digests = canonical_order(observations)
-    partition = [rows[i][-1] for i in order]
-    embeddings = {phrase: floats(row) for phrase, row in db.execute("SELECT phrase, embedding FROM phrases")}
-    rooms = rooms_of(meta.get("rooms", []))  # older files name none
-    in_order, surroundings = [observations[i] for i in order], _read_surroundings(db, meta, path)
-    return Stored(in_order, digests, partition, embeddings, _read_frames(db), rooms, surroundings, meta)
+    return Evidence(
+        observations=[observations[i] for i in order],
+        digests=digests,
+        partition=[rows[i][-1] for i in order],
+        embeddings={phrase: floats(row) for phrase, row in db.execute("SELECT phrase, embedding FROM phrases")},
+        frames=_read_frames(db),
+        rooms=rooms_of(meta.get("rooms", [])),  # older files name none
+        about=meta["about"],
+        parameters=Parameters.from_dict(meta["parameters"]),
+        text_encoder_id=meta["text_encoder_id"],
+        text_dim=meta["text_dim"],
+        feature_text_aligned=meta["feature_text_aligned"],
+        surroundings=_read_surroundings(db, meta, path),
+    )
+
+
+def _read_observations(db: sqlite3.Connection) -> list[Observation]:
+    return [from_row(row) for row in db.execute(f"SELECT {COLUMNS} FROM observations ORDER BY id")]
+
+
+def _frame_row(frame: FrameRecord) -> tuple[str, int, str | None]:
+    return frame.recording, frame.stamp_ns, frame.skipped
 
 
 def _read_frames(db: sqlite3.Connection) -> tuple[FrameRecord, ...]:

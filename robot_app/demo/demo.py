@@ -18,7 +18,8 @@ from openbelief.target_phrase import target_phrase
 from robot_app.config import Config, SimSection, dump_config
 from robot_app.demo.folder import CONFIG_HEAD, Files
 from robot_app.demo.walk import record_walk
-from robot_app.mapping import MapJob, Progress, run_map
+from robot_app.mapping.job import MapJob, Progress
+from robot_app.mapping.run import run_map
 from robot_app.mission.missions import open_missions
 from robot_app.mission.trials import Replayed, replay_trial
 from robot_app.pictures.trial import Backdrop, write_pictures

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from openbelief.association import ExtentAlarm
     from openbelief.memory import ObjectMemory
     from openbelief.parameters import Parameters
-    from robot_app.mapping import MapResult
+    from robot_app.mapping.job import MapResult
 
 ALARMS_SHOWN = 5
 EXAMPLE = "openbelief map demo-out/walk.mcap --perception scripted:flat -o flat.belief"
@@ -53,7 +53,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     from logs.frames.reader import RecordingTopics
-    from robot_app.mapping import MapJob, require_recordings, run_map
+    from robot_app.mapping.job import MapJob
+    from robot_app.mapping.run import require_recordings, run_map
     from robot_app.perceptions import text_encoder_of
     from robot_app.progress import progress
     from robot_app.room_files import read_rooms

@@ -1,14 +1,13 @@
 from __future__ import annotations
 
-from contextlib import contextmanager
-
 import numpy as np
 import pytest
 
-from openbelief.mapping import STAGES, build_memory, map_frames, take_evidence
+from openbelief.mapping import map_frames
 from openbelief.memory import ObjectMemory
 from openbelief.observation import Intrinsics, Mask, RgbdFrame
 from openbelief.parameters import Parameters
+from openbelief.perception.ports import FrameUnseen
 from openbelief.store import BeliefStore
 
 
@@ -55,29 +54,47 @@ def test_frames_become_a_sealed_memory_of_the_things_in_them(tmp_path):
     assert [f.stamp_ns for f in memory.frames] == [100, 101, 102, 103]
 
 
-def test_every_step_is_timed_by_its_name_and_every_frame_told(tmp_path):
-    entered, told = [], []
-
-    @contextmanager
-    def stage(name):
-        entered.append(name)
-        yield
-
-    store = new_store(tmp_path / "a.belief")
-    taken = take_evidence(frames(2), Eyes(), store, stage=stage, on_frame=lambda t: told.append(t.frames))
-    build_memory(store, Words(), stage=stage)
-    assert entered == [*STAGES[:3], *STAGES[:3], *STAGES[3:]]
-    assert told == [1, 2] and (taken.masks, taken.observations) == (4, 4)
-
-
 def test_an_interrupted_mapping_goes_on_where_it_stopped_and_ends_the_same(tmp_path):
+    def cut_short():
+        yield from frames()[:2]
+        raise KeyboardInterrupt
+
     whole = map_frames(frames(), Eyes(), new_store(tmp_path / "whole.belief"), Words())
     eyes = Eyes()
-    with new_store(tmp_path / "part.belief") as store:
-        take_evidence(frames()[:2], eyes, store)
-    resumed = map_frames(frames(), eyes, BeliefStore.resume(tmp_path / "part.belief"), Words())
+    with new_store(tmp_path / "part.belief") as store, pytest.raises(KeyboardInterrupt):
+        map_frames(cut_short(), eyes, store, Words())
+    with BeliefStore.resume(tmp_path / "part.belief") as store:
+        assert store.taken.frames == 2 and store.taken.masks == store.taken.observations == 4
+        resumed = map_frames(frames(), eyes, store, Words())
     assert eyes.asked == [100, 101, 102, 103]
     assert resumed.content_hash == whole.content_hash
+
+
+def test_a_frame_that_cannot_be_looked_at_is_kept_with_the_reason_and_not_tried_again(tmp_path):
+    class Blinking(Eyes):
+        def perceive(self, frame):
+            masks = super().perceive(frame)
+            if frame.stamp_ns == 101:
+                raise FrameUnseen("the lens was covered")
+            return masks
+
+    eyes = Blinking()
+    with new_store(tmp_path / "a.belief") as store:
+        memory = map_frames([*frames(3), *frames(3)], eyes, store, Words())
+        assert store.taken.unseen == {"the lens was covered": 1} and store.taken.frames == 3
+    assert [f.skipped for f in memory.frames] == [None, "the lens was covered", None]
+    assert eyes.asked == [100, 101, 102]
+
+
+def test_what_a_reader_left_out_is_told_again_by_every_run_and_written_with_the_seal(tmp_path):
+    with new_store(tmp_path / "a.belief") as store:
+        store.leave_out("walk", 99, "no depth image")
+    with BeliefStore.resume(tmp_path / "a.belief") as store:
+        assert not store.holds("walk", 99) and store.frames() == ()
+        store.leave_out("walk", 99, "no depth image")
+        map_frames(frames(2), Eyes(), store, Words())
+    kept = ObjectMemory.open(tmp_path / "a.belief").frames
+    assert [(f.stamp_ns, f.skipped) for f in kept] == [(99, "no depth image"), (100, None), (101, None)]
 
 
 def test_refused_masks_are_counted_and_a_failing_perception_is_not_swallowed(tmp_path):
@@ -90,6 +107,7 @@ def test_refused_masks_are_counted_and_a_failing_perception_is_not_swallowed(tmp
             raise RuntimeError("out of memory")
 
     with new_store(tmp_path / "a.belief") as store:
-        assert take_evidence(frames(3), Small(), store).refused == {"mask smaller than 100 pixels": 3}
+        map_frames(frames(3), Small(), store, Words())
+        assert store.taken.refused == {"mask smaller than 100 pixels": 3} and store.taken.observations == 0
     with new_store(tmp_path / "b.belief") as store, pytest.raises(RuntimeError, match="out of memory"):
-        take_evidence(frames(3), Broken(), store)
+        map_frames(frames(3), Broken(), store, Words())

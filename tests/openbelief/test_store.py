@@ -203,7 +203,7 @@ def test_mapping_through_the_store_gives_the_same_memory(create, flat, memory, t
         built = ObjectMemory.build(
             store.observations(), tiny_encoder, store.parameters, frames=store.frames(), about=store.about
         )
-        store.finish(built)
+        store.finish(built.evidence)
         opened = ObjectMemory.open(store.path)
     assert opened.content_hash == memory.content_hash == built.content_hash
     assert opened.frames[-1].skipped == "no transform" and opened.about == {"walk": 1}
@@ -217,7 +217,7 @@ def test_an_unfinished_mapping_is_no_memory_and_can_be_resumed(create, flat, tin
         ObjectMemory.open(path)
     with BeliefStore.resume(path) as store:
         assert store.frames_done("walk") == {1000, 1001, 1002, 1003} and store.about == {"walk": 1}
-        store.finish(ObjectMemory.build(store.observations(), tiny_encoder))
+        store.finish(ObjectMemory.build(store.observations(), tiny_encoder).evidence)
     assert ObjectMemory.open(path).objects == ()
 
 
@@ -227,7 +227,7 @@ def test_a_finished_file_can_hold_more_and_must_be_finished_again(path, observe,
     with pytest.raises(BeliefFileError, match="unfinished"):
         ObjectMemory.open(path)
     with BeliefStore.resume(path) as store:
-        store.finish(ObjectMemory.build(store.observations(), tiny_encoder))
+        store.finish(ObjectMemory.build(store.observations(), tiny_encoder).evidence)
     assert len(ObjectMemory.open(path).objects) == 5
 
 
@@ -245,7 +245,7 @@ def test_a_memory_of_other_evidence_is_not_written(create, flat, memory):
     with create() as store:
         store.add_frame("walk", 1000, flat[:4])
         with pytest.raises(ValueError, match="not built from the evidence"):
-            store.finish(memory)
+            store.finish(memory.evidence)
 
 
 def test_two_mappers_do_not_write_one_file(create, flat):

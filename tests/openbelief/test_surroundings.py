@@ -34,7 +34,7 @@ def site(tmp_path, flat, tiny_encoder):
             store.add_frame("walk", 1000 + k, taken, view=view)
         store.add_map(StoreyMap("walk", OccupancyGrid(np.zeros((3, 5), np.int8), 0.05, (-1.0, 2.0), 7), 0.2))
         memory = ObjectMemory.build(store.observations(), tiny_encoder, surroundings=store.surroundings())
-        store.finish(memory)
+        store.finish(memory.evidence)
     return path
 
 

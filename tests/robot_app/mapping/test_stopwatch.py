@@ -4,15 +4,16 @@ import threading
 
 import pytest
 
+from robot_app.mapping.stopwatch import Stopwatch
+from robot_app.mapping.watch import Steps
 from robot_app.progress import LineProgress, stage_rates
-from robot_app.stopwatch import Stopwatch
 
 
 @pytest.fixture
 def time_s(monkeypatch) -> list[float]:
     """The performance counter, as a list of one number."""
     now = [0.0]
-    monkeypatch.setattr("robot_app.stopwatch.time.perf_counter", lambda: now[0])
+    monkeypatch.setattr("robot_app.mapping.stopwatch.time.perf_counter", lambda: now[0])
     return now
 
 
@@ -69,3 +70,13 @@ def test_the_slowest_stage_is_named_first(capsys):
     assert stage_rates({"read": 20.0, "phrases": 1.25, "segments": 8.0}) == "phrases 1.2/s, segments 8.0/s, read 20.0/s"
     LineProgress().frames("walk.mcap", 1, 5, {"read": 20.0, "phrases": 1.25})
     assert "walk.mcap: 1 of 5 frames (phrases 1.2/s, read 20.0/s)" in capsys.readouterr().err
+
+
+def test_steps_end_where_the_next_begins_and_what_is_between_them_is_not_counted(time_s):
+    clock = Stopwatch()
+    steps = Steps(clock)
+    for step in ("perceive", "acquire", None, "perceive"):
+        steps.begin(step)
+        time_s[0] += 2.0
+    steps.begin(None)
+    assert clock.seconds == {"perceive": 4.0, "acquire": 2.0}

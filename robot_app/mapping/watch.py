@@ -1,0 +1,55 @@
+"""Where a mapping is, seen from outside: the ports that it is given say when a step begins."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from contextlib import ExitStack
+
+from openbelief.evidence import Evidence
+from openbelief.observation import Observation
+from openbelief.store import BeliefStore
+from openbelief.surroundings import CameraView, ViewImages
+from robot_app.mapping.stopwatch import Stopwatch
+
+
+class Steps:
+    """The steps of the thread that maps, one at a time: each ends where the next begins."""
+
+    def __init__(self, clock: Stopwatch) -> None:
+        self._clock, self._current = clock, ExitStack()
+
+    def begin(self, step: str | None) -> None:
+        """None: what comes is counted elsewhere, or not at all."""
+        self._current.close()
+        if step is not None:
+            self._current.enter_context(self._clock(step))
+
+
+class WatchedStore(BeliefStore):
+    """A store that tells of every frame it has kept, and when the memory is built and sealed."""
+
+    def watched_by(self, steps: Steps, on_frame: Callable[[], None]) -> None:
+        self._steps, self._on_frame = steps, on_frame
+
+    def add_frame(
+        self,
+        recording: str,
+        stamp_ns: int,
+        observations: Iterable[Observation],
+        refused: Iterable[str] = (),
+        skipped: str | None = None,
+        view: tuple[CameraView, ViewImages] | None = None,
+    ) -> None:
+        self._steps.begin("keep")
+        super().add_frame(recording, stamp_ns, observations, refused, skipped, view)
+        self._steps.begin(None)
+        self._on_frame()
+
+    def observations(self) -> list[Observation]:
+        self._steps.begin("build")
+        return super().observations()
+
+    def finish(self, evidence: Evidence) -> None:
+        self._steps.begin("seal")
+        super().finish(evidence)
+        self._steps.begin(None)
