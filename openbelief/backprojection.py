@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import lru_cache
+
 import numpy as np
 
 from openbelief.arrays import Array
-from openbelief.observation import RgbdFrame
+from openbelief.observation import Intrinsics, RgbdFrame, mask_bbox
 from openbelief.parameters import Parameters
-from openbelief.pose import apply
 
 
 def backproject(pixels: Array, frame: RgbdFrame, parameters: Parameters) -> Array:
@@ -19,14 +21,44 @@ def backproject(pixels: Array, frame: RgbdFrame, parameters: Parameters) -> Arra
     mask = np.asarray(pixels, dtype=bool)
     if mask.shape != frame.depth_m.shape:
         raise ValueError(f"Shape of pixels should be {frame.depth_m.shape} as the frame's depth, got {mask.shape}.")
-    v, u = np.nonzero(mask)
-    depth = frame.depth_m[v, u].astype(np.float64)
-    measured = (depth >= parameters.depth_min_m) & (depth <= parameters.depth_max_m)  # NaN compares false
-    if not measured.any():
+    if not mask.any():
         return np.zeros((0, 3), np.float32)
-    z = depth[measured]
-    rays = frame.intrinsics.rays(u[measured], v[measured])
-    return apply(frame.T_map_camera, np.column_stack((rays * z[:, None], z))).astype(np.float32)
+    x0, y0, x1, y1 = mask_bbox(mask)
+    box = slice(y0, y1), slice(x0, x1)
+    depth_m = frame.depth_m[box]
+    measured = (depth_m >= parameters.depth_min_m) & (depth_m <= parameters.depth_max_m)  # NaN compares false
+    measured &= mask[box]
+    z = depth_m[measured].astype(np.float64)
+    ray_x, ray_y = ray_table(frame.intrinsics)
+    points_camera = np.stack((ray_x[box][measured] * z, ray_y[box][measured] * z, z))
+    T = frame.T_map_camera
+    points = T[:3, :3] @ points_camera
+    points += T[:3, 3:]
+    return points.astype(np.float32).T
+
+
+@lru_cache(maxsize=4)
+def ray_table(intrinsics: Intrinsics) -> Array:
+    """(2, h, w) float64 normalised image coordinates (x/z, y/z) of every pixel: undistorted once."""
+    v, u = np.divmod(np.arange(intrinsics.width * intrinsics.height), intrinsics.width)
+    return np.ascontiguousarray(intrinsics.rays(u, v).T).reshape(2, intrinsics.height, intrinsics.width)
+
+
+@dataclass(frozen=True)
+class Voxels:
+    """Occupied voxels, each once, in lexicographic order, and how many points each holds.
+
+    steps: (3, k) int64, from `low`, (3,) int64. counts: (k,) int64.
+    """
+
+    steps: Array
+    low: Array
+    counts: Array
+    voxel_m: float
+
+    def centres(self, chosen: Array | slice = slice(None)) -> Array:
+        """(j, 3) float32, map frame, metres: of the (k,) bool chosen ones, or all."""
+        return (((self.steps[:, chosen].T + self.low) + 0.5) * self.voxel_m).astype(np.float32)
 
 
 def snap(points: Array, voxel_m: float) -> Array:
@@ -34,16 +66,28 @@ def snap(points: Array, voxel_m: float) -> Array:
 
     points: (n, 3), finite, n may be 0. Voxels are aligned with the map's axes, so two clouds share their voxels.
     """
-    return occupied_voxels(points, voxel_m)[0]
+    return occupied_voxels(points, voxel_m).centres()
 
 
-def occupied_voxels(points: Array, voxel_m: float) -> tuple[Array, Array]:
-    """The centres of `snap`, and (k,) int: how many of the points each voxel holds."""
+def occupied_voxels(points: Array, voxel_m: float) -> Voxels:
+    """The voxels of (n, 3) points. Raises ValueError where voxel_m is too small to count those along their box."""
     if len(points) == 0:
-        return np.zeros((0, 3), np.float32), np.zeros(0, np.int64)
-    voxels = np.floor(np.asarray(points, np.float64) / voxel_m).astype(np.int64)
-    low = voxels.min(axis=0)
-    size = voxels.max(axis=0) - low + 1
-    keys, counts = np.unique(np.ravel_multi_index(tuple((voxels - low).T), tuple(size)), return_counts=True)
-    unique = np.column_stack(np.unravel_index(keys, tuple(size))) + low
-    return ((unique + 0.5) * voxel_m).astype(np.float32), counts
+        return Voxels(np.zeros((3, 0), np.int64), np.zeros(3, np.int64), np.zeros(0, np.int64), voxel_m)
+    voxels = np.empty((3, len(points)), np.int64)
+    for axis, along in enumerate(np.asarray(points).T):
+        scaled = along.astype(np.float64)
+        scaled /= voxel_m
+        voxels[axis] = np.floor(scaled, out=scaled)
+    low = voxels.min(axis=1)
+    voxels -= low[:, None]
+    sides = [int(side) + 1 for side in voxels.max(axis=1)]
+    if sides[0] * sides[1] * sides[2] >= 1 << 62:
+        raise ValueError("voxel_m is too small for things of its size")
+    keys = voxels[0] * (sides[1] * sides[2])
+    keys += voxels[1] * sides[2]
+    keys += voxels[2]
+    keys.sort()
+    first = np.flatnonzero(np.concatenate(([True], keys[1:] != keys[:-1])))
+    keys, counts = keys[first], np.diff(np.append(first, len(keys)))
+    x, rest = np.divmod(keys, sides[1] * sides[2])
+    return Voxels(np.stack((x, *np.divmod(rest, sides[2]))), low, counts, voxel_m)

@@ -177,11 +177,22 @@ def _short(value: Any) -> str:
 
 
 def encode_rle(pixels: Array) -> Rle:
-    """COCO uncompressed run lengths of an (h, w) bool mask."""
-    flat = np.asarray(pixels, dtype=bool).ravel(order="F")
-    edges = np.flatnonzero(np.diff(flat)) + 1
-    counts = np.diff(np.concatenate(([0], edges, [flat.size]))).tolist()
-    return {"size": list(pixels.shape), "counts": [0, *counts] if flat.size and flat[0] else counts}
+    """COCO uncompressed run lengths of an (h, w) bool mask; only the box around it is walked."""
+    mask = np.asarray(pixels, dtype=bool)
+    height, size = mask.shape[0], mask.size
+    if not mask.any():
+        return {"size": list(mask.shape), "counts": [size] if size else []}
+    x0, y0, x1, y1 = mask_bbox(mask)
+    columns = np.zeros((x1 - x0, y1 - y0 + 1), bool)  # with a pixel below each, so that a run ends with its column
+    columns[:, :-1] = mask[y0:y1, x0:x1].T
+    flat = columns.ravel()
+    edges = np.flatnonzero(np.concatenate((flat[:1], flat[1:] != flat[:-1])))
+    column, row = np.divmod(edges, columns.shape[1])
+    edges = (x0 + column) * height + y0 + row
+    parted = np.flatnonzero(edges[1:-1:2] == edges[2::2])  # columns of full height go on in the next
+    edges = np.delete(edges, np.concatenate((2 * parted + 1, 2 * parted + 2)))
+    ends = [] if edges[-1] == size else [size]
+    return {"size": list(mask.shape), "counts": np.diff(np.concatenate(([0], edges, ends))).astype(int).tolist()}
 
 
 def decode_rle(rle: Rle) -> Array:
@@ -198,7 +209,9 @@ def decode_rle(rle: Rle) -> Array:
 
 def mask_bbox(pixels: Array) -> tuple[int, int, int, int]:
     """(x0, y0, x1, y1), end exclusive, of a non-empty (h, w) bool mask."""
-    rows, columns = np.flatnonzero(pixels.any(axis=1)), np.flatnonzero(pixels.any(axis=0))
+    rows = np.flatnonzero(pixels.any(axis=1))
     if not len(rows):
         raise ValueError("An empty mask has no bounding box.")
-    return int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1
+    y0, y1 = int(rows[0]), int(rows[-1]) + 1
+    columns = np.flatnonzero(pixels[y0:y1].any(axis=0))
+    return int(columns[0]), y0, int(columns[-1]) + 1, y1

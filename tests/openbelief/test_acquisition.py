@@ -3,10 +3,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
-from openbelief.acquisition import CROP_MAX_PX, acquire, largest_cluster
+from openbelief.acquisition import CROP_MAX_PX, acquire
 from openbelief.observation import Intrinsics, Mask, RgbdFrame, decode_rle
 from openbelief.parameters import Parameters
 from openbelief.pose import apply, quaternion_from_rpy, transform
@@ -120,19 +118,8 @@ def test_an_observation_remembers_where_it_came_from():
     np.testing.assert_allclose(crop[90, 120], (200, 10, 10), atol=6)
 
 
-@settings(max_examples=30, deadline=None)
-@given(st.integers(0, 10_000))
-def test_the_cluster_is_the_largest_group_that_no_step_of_eps_leaves(seed):
-    rng = np.random.default_rng(seed)
-    centres = np.array([[0, 0, 0], [1.0, 0, 0], [0, 1.0, 0]])
-    sizes = rng.permutation([120, 250, 400])
-    groups = [c + rng.uniform(-0.1, 0.1, (n, 3)) for c, n in zip(centres, sizes, strict=True)]
-    noise = rng.uniform(2, 9, (6, 3))
-    found = largest_cluster(np.concatenate([*groups, noise]).astype(np.float32), PARAMETERS)
-    largest = centres[int(np.argmax(sizes))]
-    assert len(found) and (np.abs(found - largest) <= 0.1 + PARAMETERS.voxel_m).all()
-
-
-def test_points_that_are_all_apart_are_noise():
-    apart = np.arange(30, dtype=np.float32)[:, None] * [1.0, 0, 0]
-    assert largest_cluster(apart.astype(np.float32), PARAMETERS).shape == (0, 3)
+def test_parameters_that_no_mask_can_be_clustered_with_are_named_as_the_reason():
+    whole = rectangle((120, 160), slice(0, 80), slice(0, 80))
+    fine = Parameters(voxel_m=0.001, cluster_eps_m=0.08)
+    made, [refused] = acquire(frame(np.full((120, 160), 1.0)), [mask(whole)], fine)
+    assert not made and refused.reason == "cluster_eps_m is more than 40 times voxel_m"
