@@ -15,6 +15,7 @@ from openbelief.pose import Pose2, inverse
 BASE_FRAME = "base_link"
 SETTLE_S = 0.5  # a humanoid sways after its last step
 TRIES, BETWEEN_TRIES_S = 20, 0.1  # a frame and its transform arrive on separate streams, some late
+FIRST_FRAME = 150, 0.02  # as often, the first one at 15 Hz is not waited for longer than it takes
 
 Answer = TypeVar("Answer")
 
@@ -27,13 +28,17 @@ class CameraMount:
     intrinsics: Intrinsics
 
 
-def arrival_frame(index: int, ports: Ports, policy: MissionPolicy) -> RgbdFrame:
-    """The freshest frame taken after the robot stood still, with its pose at the frame's own stamp.
+def arrival_frame(index: int, stood_ns: int | None, ports: Ports, policy: MissionPolicy) -> RgbdFrame:
+    """The first frame stamped after the robot was seen to stand still, with its pose at the frame's own stamp.
 
-    Raises StaleData or PoseUnavailable where two seconds of asking bring none.
+    stood_ns: that moment, by the robot's clock; None in trials of before it was looked at, which waited instead.
+    Raises StaleData or PoseUnavailable where three seconds of asking bring none.
     """
-    ports.clock.sleep(SETTLE_S + policy.camera_max_age_s)  # so that a frame of permitted age was taken standing still
-    frame, T_map_camera = patiently(ports, lambda: _posed_frame(ports, policy))
+    if stood_ns is None:
+        ports.clock.sleep(SETTLE_S + policy.camera_max_age_s)
+        frame, T_map_camera = patiently(ports, lambda: _posed_frame(ports, policy.camera_max_age_s))
+    else:
+        frame, T_map_camera = patiently(ports, lambda: _frame_since(stood_ns, ports, policy), *FIRST_FRAME)
     return RgbdFrame(index, frame.stamp_ns, frame.color, frame.depth_m, frame.intrinsics, T_map_camera)
 
 
@@ -47,22 +52,30 @@ def robot_pose(ports: Ports, policy: MissionPolicy) -> Pose2:
     return patiently(ports, lambda: ports.poses.robot_pose(policy.pose_max_age_s))
 
 
-def patiently(ports: Ports, ask: Callable[[], Answer]) -> Answer:
+def patiently(
+    ports: Ports, ask: Callable[[], Answer], tries: int = TRIES, between_s: float = BETWEEN_TRIES_S
+) -> Answer:
     """Ask again, within bounds, while data is late; the last refusal is raised."""
-    for _ in range(TRIES - 1):
+    for _ in range(tries - 1):
         try:
             return ask()
         except (StaleData, PoseUnavailable):
-            ports.clock.sleep(BETWEEN_TRIES_S)
+            ports.clock.sleep(between_s)
     return ask()
 
 
 def _measured(ports: Ports, policy: MissionPolicy) -> CameraMount:
-    frame, T_map_camera = _posed_frame(ports, policy)
+    frame, T_map_camera = _posed_frame(ports, policy.camera_max_age_s)
     base = Pose2.from_matrix(ports.poses.transform_at(frame.stamp_ns, BASE_FRAME))
     return CameraMount(inverse(base.matrix()) @ T_map_camera, frame.intrinsics)
 
 
-def _posed_frame(ports: Ports, policy: MissionPolicy) -> tuple[CameraFrame, Array]:
-    frame = ports.camera.latest(policy.camera_max_age_s)
+def _frame_since(stood_ns: int, ports: Ports, policy: MissionPolicy) -> tuple[CameraFrame, Array]:
+    """By its age: what is as old as the moment at which the robot stood was not taken after it."""
+    since_s = (ports.clock.now_ns() - stood_ns) / 1e9
+    return _posed_frame(ports, min(since_s, policy.camera_max_age_s))
+
+
+def _posed_frame(ports: Ports, max_age_s: float) -> tuple[CameraFrame, Array]:
+    frame = ports.camera.latest(max_age_s)
     return frame, ports.poses.transform_at(frame.stamp_ns, frame.frame_id)

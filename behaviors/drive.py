@@ -1,17 +1,34 @@
-"""One goal, from sending it to its end: STOP and the supervisor are heard all the way, and it never outlives us."""
+"""One goal, from sending it to its end: STOP and the supervisor are heard all the way, and it never outlives us.
+
+A navigator's "succeeded" is a word. The drive has ARRIVED when the robot was also seen to stand near its goal.
+"""
 
 from __future__ import annotations
 
 from behaviors.events import NAVIGATION_EVENTS, NO_PATH, REPLIES, USE_THE_REMOTE, Event, Step
 from behaviors.path_prefix import PathPrefix, way_is_blocked
 from behaviors.policy import MissionPolicy
+from behaviors.standing import Stillness
 from behaviors.supervisor import GOAL_ZONE
-from drivers.ports import NavigationResult, NavigationStatus, Ports, Question, Reaction, SafetyVerdict
+from drivers.ports import (
+    NavigationResult,
+    NavigationStatus,
+    Ports,
+    PoseUnavailable,
+    Question,
+    Reaction,
+    SafetyVerdict,
+    StaleData,
+    StampedPose,
+)
 from openbelief.pose import Pose2
 
 POLL_S = 0.05  # 20 Hz: a STOP is acted on within 50 ms of the clock
 HOLD_S = 10.0  # a hold that lasts longer ends the mission
 HOLDS_MAX = 3  # of one drive: data that comes and goes is no data to drive by
+LOOKS_MAX = 80  # 4 s: a walking robot needs up to one to come to a stand, and half a second more to be seen standing
+# Ends after which nothing of ours should move the robot: it is looked at, for a status or result may be wrong.
+SAID_TO_STAND = (NavigationStatus.SUCCEEDED, NavigationStatus.ABORTED)
 STOPPING = (Reaction.HOLD, Reaction.CANCEL)
 # What a cancel may answer that leaves a FAULT: nobody took it, or how the goal ended is not known.
 TROUBLE = (NavigationStatus.STILL_MOVING, NavigationStatus.LOST)
@@ -32,8 +49,19 @@ def drive(goal: Pose2, ports: Ports, policy: MissionPolicy, path_prefix: PathPre
     try:
         return _unsent(goal, path_prefix, ports, policy) or _driven(goal, ports, policy)
     except BaseException as error:
-        _cancel_after(error, ports)
+        _cancel_after(error, ports, policy)
         raise
+
+
+def halted(because: str, ports: Ports, policy: MissionPolicy, *, under_way: bool = False) -> Step:
+    """STOP, in any state: every goal of the robot is cancelled, and it is done once that was acknowledged; else FAULT.
+
+    under_way: whether a goal of ours runs; asked only where a trial of before is replayed.
+    """
+    if policy.standing == "inferred" and not under_way:
+        return Step(Event.STOP, because)
+    end = _halt(because, ports, policy)
+    return Step(Event.FAULT, f"{because}; {_words(end)}") if end.status in TROUBLE else Step(Event.STOP, because)
 
 
 def refusal(ports: Ports) -> str | None:
@@ -45,7 +73,7 @@ def refusal(ports: Ports) -> str | None:
 def _unsent(goal: Pose2, path_prefix: PathPrefix, ports: Ports, policy: MissionPolicy) -> Step | None:
     """Why the goal is not sent: STOP, the supervisor, or what the lidar sees; None where it may be."""
     verdict = _verdict(goal, ports)
-    if verdict.reaction is not Reaction.GO and (step := _wait(verdict, goal, ports)):
+    if verdict.reaction is not Reaction.GO and (step := _wait(verdict, goal, ports, policy)):
         return step
     blocked = way_is_blocked(goal, path_prefix, ports, policy)
     return Step(Event.UNREACHED, blocked) if blocked else None
@@ -55,11 +83,8 @@ def _driven(goal: Pose2, ports: Ports, policy: MissionPolicy, holds: int = 0) ->
     end = ports.navigator.send(goal)
     deadline_ns = ports.clock.now_ns() + round(policy.navigation_timeout_s * 1e9)
     while end is None:
-        if stop := ports.operator.stop_requested():
-            return _stopped(stop.because, ports)
-        verdict = _verdict(goal, ports)
-        if verdict.reaction in STOPPING:
-            return _supervised(verdict, goal, ports, policy, holds)
+        if step := _interrupted(goal, ports, policy, holds):
+            return step
         ports.navigator.feedback()  # the recorded port notes it
         if ports.clock.now_ns() > deadline_ns:
             end = _timed_out(ports, policy)
@@ -67,7 +92,9 @@ def _driven(goal: Pose2, ports: Ports, policy: MissionPolicy, holds: int = 0) ->
         ports.clock.sleep(POLL_S)
         end = ports.navigator.result()
     if end.status is NavigationStatus.LOST:
-        return _after_loss(end, ports)
+        return _after_loss(end, ports, policy)
+    if end.status in SAID_TO_STAND and policy.standing == "checked":
+        return _looked_at(end, goal, ports, policy, holds)
     return _step(end)
 
 
@@ -75,20 +102,67 @@ def _step(end: NavigationResult) -> Step:
     return Step(NAVIGATION_EVENTS[end.status], _words(end))
 
 
-def _stopped(because: str, ports: Ports) -> Step:
-    end = ports.navigator.cancel(because=because)
-    return Step(Event.FAULT, f"{because}; {_words(end)}") if end.status in TROUBLE else Step(Event.STOP, because)
+def _interrupted(goal: Pose2, ports: Ports, policy: MissionPolicy, holds: int) -> Step | None:
+    """What the operator's STOP or the supervisor makes of a drive, None where neither says anything."""
+    if stop := ports.operator.stop_requested():
+        return halted(stop.because, ports, policy, under_way=True)
+    verdict = _verdict(goal, ports)
+    return _supervised(verdict, goal, ports, policy, holds) if verdict.reaction in STOPPING else None
+
+
+def _looked_at(end: NavigationResult, goal: Pose2, ports: Ports, policy: MissionPolicy, holds: int) -> Step:
+    """The step of an end after which the robot should stand: looked at until it does, else halted and named."""
+    still, trouble = Stillness(), "its pose stands still"
+    for _ in range(LOOKS_MAX):
+        if step := _interrupted(goal, ports, policy, holds):
+            return step
+        try:
+            still.see(ports.poses.stamped_pose(policy.pose_max_age_s))
+        except (StaleData, PoseUnavailable) as error:
+            trouble = str(error)
+        if (stands := still.last) and still.stands:
+            return _standing(end, stands, goal, ports, policy)
+        ports.clock.sleep(POLL_S)
+    seen = "the robot moves on" if still.moved > 1.0 else f"nobody can tell whether the robot stands: {trouble}"
+    return _not_believed(Event.FAULT, f"{_words(end).rstrip('.')}, but {seen}", ports, policy)
+
+
+def _standing(end: NavigationResult, look: StampedPose, goal: Pose2, ports: Ports, policy: MissionPolicy) -> Step:
+    if end.status is not NavigationStatus.SUCCEEDED:
+        return _step(end)
+    away_m = look.pose.distance_to(goal)
+    if away_m > policy.goal_tolerance_m:
+        because = f"{_words(end).rstrip('.')}, but the robot stands {away_m:.1f} m from it"
+        return _not_believed(Event.UNREACHED, because, ports, policy)
+    return Step(Event.ARRIVED, _words(end), look.stamp_ns)
+
+
+def _not_believed(event: Event, because: str, ports: Ports, policy: MissionPolicy) -> Step:
+    end = _halt(because, ports, policy)
+    if end.status in TROUBLE:
+        return Step(Event.FAULT, f"{because}; {_words(end)}")
+    return Step(event, f"{because}; all goals were cancelled")
+
+
+def _halt(because: str, ports: Ports, policy: MissionPolicy) -> NavigationResult:
+    """Whatever is believed of our goal, every goal is cancelled; trials of before know the cancel of their own."""
+    tell = ports.navigator.halt if policy.standing == "checked" else ports.navigator.cancel
+    return tell(because=because)
 
 
 def _supervised(verdict: SafetyVerdict, goal: Pose2, ports: Ports, policy: MissionPolicy, holds: int) -> Step:
     """The goal is cancelled first, whatever comes after; a hold goes on with the same goal, a cancel does not."""
-    end = ports.navigator.cancel(because=verdict.sentence)
+    end = _halt(verdict.sentence, ports, policy)
     if end.status in TROUBLE:
         return Step(Event.FAULT, f"{verdict.sentence} {_words(end)}")
     ports.operator.tell(f"The robot was stopped: {verdict.sentence}")
     if verdict.reaction is Reaction.CANCEL or holds >= HOLDS_MAX:
         return Step(Event.FAULT, verdict.sentence)
-    step = _wait(verdict, goal, ports) or _agreed(verdict, goal, ports, policy) or _unsent_again(goal, ports, policy)
+    step = (
+        _wait(verdict, goal, ports, policy)
+        or _agreed(verdict, goal, ports, policy)
+        or _unsent_again(goal, ports, policy)
+    )
     return step or _driven(goal, ports, policy, holds + 1)
 
 
@@ -100,12 +174,12 @@ def _unsent_again(goal: Pose2, ports: Ports, policy: MissionPolicy) -> Step | No
     return _unsent(goal, plan.path_prefix, ports, policy)
 
 
-def _wait(verdict: SafetyVerdict, goal: Pose2, ports: Ports) -> Step | None:
+def _wait(verdict: SafetyVerdict, goal: Pose2, ports: Ports, policy: MissionPolicy) -> Step | None:
     """None once nothing holds the robot any more; it stands meanwhile."""
     deadline_ns = ports.clock.now_ns() + round(HOLD_S * 1e9)
     while verdict.reaction is not Reaction.GO:
         if stop := ports.operator.stop_requested():
-            return Step(Event.STOP, stop.because)
+            return halted(stop.because, ports, policy)
         if verdict.condition == GOAL_ZONE:  # another goal mends it
             return Step(Event.UNREACHED, verdict.sentence)
         if verdict.reaction is not Reaction.HOLD or ports.clock.now_ns() > deadline_ns:
@@ -121,6 +195,8 @@ def _agreed(verdict: SafetyVerdict, goal: Pose2, ports: Ports, policy: MissionPo
         return None
     question = f"I stopped because: {verdict.sentence} That is over. May I walk on?"
     event, because = REPLIES[ports.operator.confirm(Question(question, goal=goal), policy.confirm_timeout_s).word]
+    if event is Event.STOP:
+        return halted(because, ports, policy)
     return None if event is Event.APPROVED else Step(Event.STOP, because)
 
 
@@ -130,22 +206,22 @@ def _verdict(goal: Pose2 | None, ports: Ports) -> SafetyVerdict:
 
 def _timed_out(ports: Ports, policy: MissionPolicy) -> NavigationResult:
     because = f"no arrival within {policy.navigation_timeout_s:g} s"
-    end = ports.navigator.cancel(because=because)
+    end = _halt(because, ports, policy)
     if end.status is NavigationStatus.CANCELED:
         return NavigationResult(NavigationStatus.TIMED_OUT, because)
     return end
 
 
-def _after_loss(end: NavigationResult, ports: Ports) -> Step:
+def _after_loss(end: NavigationResult, ports: Ports, policy: MissionPolicy) -> Step:
     """The robot's state is unknown: the goal is cancelled still, for the link may carry that much."""
-    cancelled = ports.navigator.cancel(because=end.reason)
+    cancelled = _halt(end.reason, ports, policy)
     unanswered = cancelled.status is NavigationStatus.STILL_MOVING
     return Step(Event.FAULT, _may_move(end.reason) if unanswered else end.reason)
 
 
-def _cancel_after(error: BaseException, ports: Ports) -> None:
+def _cancel_after(error: BaseException, ports: Ports, policy: MissionPolicy) -> None:
     try:
-        end = ports.navigator.cancel(because=f"error while driving: {error}")
+        end = _halt(f"error while driving: {error}", ports, policy)
     except Exception as second:  # noqa: BLE001 - whatever it was, nobody knows now whether the robot stands
         raise RobotMayMove(_may_move(f"{error}; the cancel failed too: {second}")) from error
     if end.status is NavigationStatus.STILL_MOVING:

@@ -101,6 +101,7 @@ class Step:
 
     event: Event
     because: str
+    stood_ns: int | None = None  # with ARRIVED: the stamp at which the robot was seen to stand
 
 
 @dataclass(frozen=True, slots=True)

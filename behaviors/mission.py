@@ -19,12 +19,13 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Literal
 
 from behaviors.approval import approval_question
 from behaviors.arrival import arrival_frame, camera_mount, robot_pose
 from behaviors.attempt import Attempt
-from behaviors.drive import RobotMayMove, drive, refusal
+from behaviors.drive import RobotMayMove, drive, halted, refusal
 from behaviors.events import (
     BUDGET_REACHED,
     ENDING,
@@ -145,7 +146,9 @@ class Mission:
         asked = approval_question(attempt, query.ranking, self._memory)
         reply = self._ports.operator.confirm(asked, self._policy.confirm_timeout_s)
         event, because = REPLIES[reply.word]
-        stopped = self._stopped() if event is Event.STOP else None  # with the reason, where there is one
+        stopped = None
+        if event is Event.STOP:  # with the reason, where there is one
+            stopped = self._stopped() or halted(because, self._ports, self._policy)
         if event is Event.DECLINED and attempt.unseen_because:
             return Step(Event.UNSEEN, attempt.unseen_because)  # as if nobody could have been asked
         query.picked = reply.object_id if event is Event.TAKEN else query.picked
@@ -164,12 +167,12 @@ class Mission:
         because = crowd or step.because
         if (crowd or step.event is Event.UNREACHED) and attempt.next_approach(self._ports, self._journal):
             return Step(Event.NEXT_POSE, because)
-        return Step(step.event, because)  # crowded and no other pose: it looks from here
+        return replace(step, because=because)  # crowded and no other pose: it looks from here
 
-    def _verify(self, query: QueryProgress, _: Step) -> Step:
+    def _verify(self, query: QueryProgress, last: Step) -> Step:
         """Acquire an arrival observation and evaluate candidate i with the three ordered checks."""
         query.arrivals += 1
-        frame = arrival_frame(query.arrivals, self._ports, self._policy)
+        frame = arrival_frame(query.arrivals, last.stood_ns, self._ports, self._policy)
         masks = self._ports.perception.perceive(frame)
         node = query.current.node
         checks = verify(
@@ -203,7 +206,8 @@ class Mission:
                 return Step(Event.UNREACHED, plan.reason or NO_PATH)
             path_prefix = plan.path_prefix
         step = drive(look.pose, self._ports, self._policy, path_prefix)
-        return Step(Event.LOOKED_AGAIN, look.reason) if step.event is Event.ARRIVED else step
+        arrived = step.event is Event.ARRIVED
+        return replace(step, event=Event.LOOKED_AGAIN, because=look.reason) if arrived else step
 
     def _exclude(self, query: QueryProgress, last: Step) -> Step:
         """R_q <- R_q + {i} where verification rejected it, else U; then the bounds on both."""
@@ -237,7 +241,7 @@ class Mission:
 
     def _stopped(self) -> Step | None:
         stop = self._ports.operator.stop_requested()
-        return Step(Event.STOP, stop.because) if stop else None
+        return halted(stop.because, self._ports, self._policy) if stop else None
 
     def _nothing_left(self, query: QueryProgress, why: str | None) -> Step:
         if query.visits:

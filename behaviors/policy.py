@@ -23,6 +23,8 @@ class MissionPolicy:
     pose_max_age_s: Positive = 0.5
     pose_error_m: Positive = 0.10  # localisation error allowed for at arrival
     navigation_timeout_s: Positive = 180.0
+    standing: Literal["checked", "inferred"] = "checked"  # "inferred": trials of before it was looked at
+    goal_tolerance_m: Positive = 0.5  # a robot that stands further from its goal has not arrived
     readout: Literal["consensus", "early", "belief"] = "consensus"  # the paper's choice on the robot
 
     def to_dict(self) -> dict[str, Any]:

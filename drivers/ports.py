@@ -55,6 +55,14 @@ class LidarCloud:
 
 
 @dataclass(frozen=True, slots=True)
+class StampedPose:
+    """T_map_base_link, planar, and when it was so."""
+
+    stamp_ns: int
+    pose: Pose2
+
+
+@dataclass(frozen=True, slots=True)
 class BatteryState:
     """The battery's state: `fraction` 0 to 1."""
 
@@ -81,9 +89,9 @@ class SafetyVerdict:
 
 
 class NavigationStatus(StrEnum):
-    """How a navigation goal ended. Only SUCCEEDED means that the robot stands at the goal."""
+    """How a navigation goal ended, as the navigator says. That the robot stands at the goal is for eyes to see."""
 
-    SUCCEEDED = "succeeded"
+    SUCCEEDED = "succeeded"  # by its result message; a status alone is not enough
     ABORTED = "aborted"  # Nav2 gave up: code and message say why
     REJECTED = "rejected"  # the server did not take the goal
     CANCELED = "canceled"  # we, or somebody else, cancelled it
@@ -238,6 +246,10 @@ class PoseSource(Protocol):
         """T_map_base_link now, planar; raises StaleData where it is older than `max_age_s`."""
         ...
 
+    def stamped_pose(self, max_age_s: float) -> StampedPose:
+        """The same with its stamp, so that a pose that is told twice is no second look."""
+        ...
+
 
 @runtime_checkable
 class Map(Protocol):
@@ -275,6 +287,13 @@ class Navigator(Protocol):
 
         CANCELED when acknowledged (or when it had ended: then that end). STILL_MOVING when unanswered, after
         cancel-all was tried too.
+        """
+        ...
+
+    def halt(self, *, because: str) -> NavigationResult:
+        """Cancel every goal of the robot, ours or not, whatever is believed of them; 1 s at most.
+
+        CANCELED when every server acknowledged, else STILL_MOVING.
         """
         ...
 

@@ -240,6 +240,8 @@ class Config(Section):
     def _whole(self) -> Config:
         if self.ports.uses("replay") and self.replay.recording is None:
             raise ValueError('a port says "replay": name the recording with [replay] recording = "walk.mcap"')
+        if self.mission.standing != "checked":
+            raise ValueError('mission.standing is for trials of before; on a robot it is "checked"')
         Parameters.from_dict(self.parameters)
         return self
 

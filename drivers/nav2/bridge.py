@@ -7,9 +7,10 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
+from drivers.nav2.cancelling import all_refused, cancel_code, not_halted
 from drivers.nav2.goal import NavigationGoal
-from drivers.nav2.readiness import Nav2Readiness
-from drivers.nav2.result import REJECTED, navigation_result, path_plan, result_from_status
+from drivers.nav2.readiness import SEVERAL_SERVERS, Nav2Readiness
+from drivers.nav2.result import REJECTED, SAID, navigation_result, path_plan, result_from_status
 from drivers.ports import (
     Clock,
     LinkLost,
@@ -32,6 +33,7 @@ from drivers.topics import COMPUTE_PATH_TO_POSE, NAVIGATE_TO_POSE
 from openbelief.pose import Pose2
 
 CANCEL_PAUSE_S = 0.05
+OTHERS_MAX = 8  # goals of others that a halt asks for one by one
 STOP_POLL_S = 0.02
 STILL_MOVING = "The robot may still be moving: use the remote."
 
@@ -42,9 +44,9 @@ class Nav2Limits:
 
     send_s: float = 1.0  # twice, a goal as a question for a path
     plan_s: float = 5.0
-    result_poll_s: float = 2.0  # a get_result waits at the server; it is asked again when it ends without an answer
+    result_wait_s: float = 600.0  # one get_result waits at the server, and is asked again where it ends unanswered
     result_ask_s: float = 0.5  # once the status says that the goal has ended
-    cancel_s: float = 0.45  # twice: the goal, then all goals; with a pause within the 1 s that the port allows
+    cancel_s: float = 0.45  # twice; with a pause within the 1 s that the port allows
     silence_s: float = 5.0  # no feedback and no status: lost. A reconnection takes up to 4 s
     goal_s: float = 600.0  # no goal takes longer
     pose_age_s: float = 0.5
@@ -83,7 +85,7 @@ class Nav2Bridge:
 
     def start(self) -> None:
         """Begin to hear status, feedback and liveliness; all of it ends with the link."""
-        self._navigate.listen(self._on_feedback, self._on_status)
+        self._navigate.listen(self._on_feedback, self._on_status, self._on_acceptance)
         self.signs.start()
 
     @property
@@ -135,7 +137,7 @@ class Nav2Bridge:
         if track is None:
             raise PortError("No goal was sent.")
         if track.end is None:
-            track.end = self._ended(track) or self._overdue(track)
+            track.end = self._doubled(track) or self._ended(track) or self._overdue(track)
         return track.end
 
     def cancel(self, *, because: str) -> NavigationResult:
@@ -146,6 +148,12 @@ class Nav2Bridge:
             track.end = self._cancel(track, because)
         return track.end
 
+    def halt(self, *, because: str) -> NavigationResult:
+        end = self._halt(because)
+        if self._goal is not None and self._goal.end is None:
+            self._goal.end = end
+        return end
+
     def _ask_planner(self, goal: Pose2) -> tuple[bytes, Answer]:
         uuid = self._new_uuid()
         return uuid, self._planner.send_goal(uuid, self._limits.send_s, goal=pose_message(goal))
@@ -155,11 +163,15 @@ class Nav2Bridge:
     def _send(self, track: NavigationGoal, pose: Message) -> NavigationResult | None:
         """The first answer counts; without one the same uuid is sent again, which cannot run twice."""
         first = self._navigate.send_goal(track.uuid, self._limits.send_s, pose=pose)
+        if len(first.every) > 1:
+            return self._several(track, len(first.every))
         if first.message is not None:
             return None if first.message.accepted else REJECTED
         if track.end is not None:  # cancelled: sent again it might begin
             return None
         second = self._navigate.send_goal(track.uuid, self._limits.send_s, pose=pose)
+        if len(second.every) > 1:
+            return self._several(track, len(second.every))
         if second.message is None:
             return self._lose(track, f"Nav2 did not say whether it took the goal: {second.why}.")
         return None if second.message.accepted else self._known(track)
@@ -198,23 +210,46 @@ class Nav2Bridge:
         """One get_result waits at the server while the goal runs."""
         if track.take_question():
             try:
-                self._navigate.get_result_later(track.uuid, self._limits.result_poll_s, track.keep)
+                self._navigate.get_result_later(track.uuid, self._limits.result_wait_s, track.keep)
             except LinkLost:
                 track.waiting = False
                 raise
 
     def _ended(self, track: NavigationGoal) -> NavigationResult | None:
         answer = track.answer
-        if answer is None and track.status in action.TERMINAL:
+        if answer is None and (track.status in action.TERMINAL or track.forgotten):
             track.asked += 1
             answer = self._navigate.get_result(track.uuid, self._limits.result_ask_s)
+        if answer is not None and len(answer.every) > 1:
+            return self._several(track, len(answer.every))
         if answer is not None and answer.message is not None:
             return self._judge(track, answer.message)
         if track.asked >= 3:
-            return result_from_status(track.status, replaced=track.replaced)
+            return self._unproven(track)
         if track.status not in action.TERMINAL:
             self._ask_result(track)
         return None
+
+    def _unproven(self, track: NavigationGoal) -> NavigationResult:
+        """Its status says that it ended, and no result comes: the answer to a cancel says whether that is true."""
+        status = track.status
+        code = cancel_code(self._navigate.cancel(track.uuid, self._limits.cancel_s), track.uuid)
+        if code == action.CANCEL_TERMINATED and status in action.TERMINAL:
+            return result_from_status(status, replaced=track.replaced)
+        reason = f"Nav2's status says {SAID.get(status, 'nothing of the goal any more')}, its result does not."
+        if code == action.CANCEL_OK:
+            said = f"{reason} The goal was under way all the same, and was cancelled."
+            return NavigationResult(NavigationStatus.LOST, said)
+        return self._lose(track, reason)
+
+    def _doubled(self, track: NavigationGoal) -> NavigationResult | None:
+        if track.doubled or self.signs.doubled:
+            return self._several(track, 2)
+        return None
+
+    def _several(self, track: NavigationGoal, count: int) -> NavigationResult:
+        """More than one server took the goal: cancelled at each of them."""
+        return self._lose(track, f"{count} {SEVERAL_SERVERS}")
 
     def _judge(self, track: NavigationGoal, response: Message) -> NavigationResult | None:
         if response.status in action.TERMINAL:
@@ -249,7 +284,7 @@ class Nav2Bridge:
     def _cancel(self, track: NavigationGoal, because: str) -> NavigationResult:
         try:
             answer = self._navigate.cancel(track.uuid, self._limits.cancel_s)
-            code = _cancel_code(answer.message, track.uuid)
+            code = cancel_code(answer, track.uuid)
             if code == action.CANCEL_OK:
                 return NavigationResult(NavigationStatus.CANCELED, f"The goal was cancelled: {because}.")
             if code == action.CANCEL_TERMINATED or (code is not None and track.status in action.TERMINAL):
@@ -272,9 +307,9 @@ class Nav2Bridge:
             self._clock.sleep(CANCEL_PAUSE_S)  # a link that just dropped may be back
         answer = self._navigate.cancel(action.ALL_GOALS, self._limits.cancel_s)
         if code == action.CANCEL_REJECTED:  # it knows the goal: it must say that it cancels it
-            refused = _cancel_code(answer.message, track.uuid) != action.CANCEL_OK
+            refused = cancel_code(answer, track.uuid) != action.CANCEL_OK
         else:
-            refused = answer.message is None or answer.message.return_code == action.CANCEL_REJECTED
+            refused = all_refused(answer)
         if refused:
             why = answer.why or "Nav2 refused"
             return NavigationResult(NavigationStatus.STILL_MOVING, f"The cancel was not taken: {why}. {STILL_MOVING}")
@@ -284,6 +319,29 @@ class Nav2Bridge:
             )
         return NavigationResult(NavigationStatus.CANCELED, f"All goals of Nav2 were cancelled: {because}.")
 
+    def _halt(self, because: str) -> NavigationResult:
+        """All goals, ours and every other that is known to run, asked for at once; a second time where that failed."""
+        why = None
+        try:
+            for again in (False, True):
+                if again:
+                    self._clock.sleep(CANCEL_PAUSE_S)  # a link that just dropped may be back
+                known = self._known_goals()
+                every, *each = self._navigate.cancel_each([action.ALL_GOALS, *known], self._limits.cancel_s)
+                why = not_halted(every, list(zip(known, each, strict=True)))
+                if why is None:
+                    said = f"All goals of Nav2 were cancelled: {because}."
+                    return NavigationResult(NavigationStatus.CANCELED, said)
+        except LinkLost as error:
+            return NavigationResult(NavigationStatus.STILL_MOVING, f"{error} {STILL_MOVING}")
+        return NavigationResult(NavigationStatus.STILL_MOVING, f"The cancel was not taken: {why}. {STILL_MOVING}")
+
+    def _known_goals(self) -> list[bytes]:
+        """Ours, whatever is believed of it, and those of others that the status calls active."""
+        ours = [self._goal.uuid] if self._goal is not None else []
+        active = [uuid for uuid, status in self._statuses.items() if status in action.ACTIVE and uuid not in ours]
+        return ours + active[:OTHERS_MAX]
+
     # Hearing (on Zenoh's thread)
 
     def _on_feedback(self, message: Message) -> None:
@@ -291,16 +349,11 @@ class Nav2Bridge:
         if track is not None and bytes(message.goal_id.uuid) == track.uuid:
             track.hear_feedback(message.feedback, self._clock.now_ns())
 
+    def _on_acceptance(self, accepted: dict[bytes, int]) -> None:
+        if self._goal is not None:
+            self._goal.hear_acceptance(accepted)
+
     def _on_status(self, statuses: dict[bytes, int]) -> None:
         self._statuses = statuses
         if self._goal is not None:
             self._goal.hear_status(statuses, self._clock.now_ns())
-
-
-def _cancel_code(response: Message | None, uuid: bytes) -> int | None:
-    """The answer to a cancel; "ok" that does not name the goal cancels nothing (rclpy's way of refusing)."""
-    if response is None:
-        return None
-    named = any(bytes(info.goal_id.uuid) == uuid for info in response.goals_canceling)
-    code = int(response.return_code)
-    return action.CANCEL_REJECTED if code == action.CANCEL_OK and not named else code

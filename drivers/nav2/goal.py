@@ -24,6 +24,9 @@ class NavigationGoal:
     replaced: bool = False  # another goal came after ours
     asked: int = 0  # how often a result was asked for after the status said that it had ended
     waiting: bool = False  # a get_result is under way
+    forgotten: bool = False  # the server's goals do not hold it any more
+    accepted_ns: int | None = None  # by the server's clock
+    doubled: bool = False  # two servers accepted it, each at a moment of its own
     answer: Answer | None = None
     feedback: NavigationFeedback | None = None
     end: NavigationResult | None = None
@@ -44,8 +47,15 @@ class NavigationGoal:
         """The status of every goal of the server."""
         if self.uuid in statuses:
             self.status, self.heard_ns = statuses[self.uuid], now_ns
+        self.forgotten = self.uuid not in statuses and self.status != action.UNKNOWN
         others = statuses.keys() - self.before - {self.uuid}
         self.replaced = self.replaced or any(statuses[uuid] in action.ACTIVE for uuid in others)
+
+    def hear_acceptance(self, accepted: dict[bytes, int]) -> None:
+        """When each goal of a server was accepted. One server never says two things of one goal."""
+        if (stamp_ns := accepted.get(self.uuid)) is not None:
+            self.doubled = self.doubled or self.accepted_ns not in (None, stamp_ns)
+            self.accepted_ns = stamp_ns
 
     def take_question(self) -> bool:
         """Whether a get_result should be asked now: one at a time."""
@@ -57,4 +67,4 @@ class NavigationGoal:
         """The get_result has ended; without a message it says nothing."""
         with self.lock:
             self.waiting = False
-            self.answer = answer if answer.message is not None else self.answer
+            self.answer = answer if answer.every else self.answer

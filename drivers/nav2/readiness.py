@@ -14,6 +14,7 @@ from drivers.ros.zenoh_link import ZenohLink
 from drivers.topics import IS_ACTIVE, NAVIGATE_TO_POSE
 
 IS_ACTIVE_S = 1.0  # wall time
+SEVERAL_SERVERS = "Nav2 servers offer navigate_to_pose, and each would drive the robot: leave one running."
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,15 @@ class Nav2Readiness:
             f"The link to the robot ({where}) is down: check the network and that zenoh-bridge-ros2dds runs there.",
         )
 
+    @property
+    def doubled(self) -> str | None:
+        """A sentence where more than one server offers the action, each behind a bridge of its own."""
+        count = len(self._servers)
+        return f"{count} {SEVERAL_SERVERS}" if count > 1 else None
+
     def _server(self) -> ReadinessSign:
+        if self.doubled:
+            return ReadinessSign("action server", False, self.doubled)
         if self._bridges:
             said = (
                 "The bridge offers no action navigate_to_pose: start Nav2 with RMW_IMPLEMENTATION=rmw_cyclonedds_cpp "

@@ -38,6 +38,7 @@ ERROR_WORDS = {
     9003: "the navigator took too long",
 }
 
+SAID = {SUCCEEDED: "succeeded", CANCELED: "canceled", ABORTED: "aborted"}
 WAY_M = 3.0  # of a path is looked at: its far end is replanned on the way anyhow
 SHOWN_EVERY_M = 0.2  # of the whole path, for a plan on a screen
 
@@ -73,10 +74,17 @@ def navigation_result(status: int, result: Message, *, replaced: bool) -> Naviga
 
 
 def result_from_status(status: int, *, replaced: bool) -> NavigationResult:
-    """The end of a goal where its result message is lost: the status says enough."""
-    ends = {SUCCEEDED: NavigationStatus.SUCCEEDED, CANCELED: NavigationStatus.CANCELED}
-    end = ends.get(status, NavigationStatus.PREEMPTED if replaced else NavigationStatus.ABORTED)
-    return NavigationResult(end, f"Nav2's status says {end}; its result message was lost.")
+    """The end of a goal whose server says that it ended and whose result message is lost.
+
+    That it succeeded is not said without the result.
+    """
+    said = SAID.get(status, "aborted")
+    end = NavigationStatus.CANCELED if status == CANCELED else NavigationStatus.ABORTED
+    if status == SUCCEEDED:
+        end = NavigationStatus.LOST
+    elif end is NavigationStatus.ABORTED and replaced:
+        end = NavigationStatus.PREEMPTED
+    return NavigationResult(end, f"Nav2's status says {said}; its result message was lost.")
 
 
 def path_plan(response: Message) -> PathPlan:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
+from queue import Empty, SimpleQueue
 
 import numpy as np
 
 from drivers.ros.bridge_keys import Keys
-from drivers.ros.messages import Codec, Message, WireError
+from drivers.ros.messages import Codec, Message, WireError, stamp_to_ns
 from drivers.ros.shapes import Shapes
 from drivers.ros.subscription import Subscription
 from drivers.ros.zenoh_link import Replies, ZenohLink
@@ -30,10 +34,19 @@ CANCEL_OK, CANCEL_REJECTED, CANCEL_UNKNOWN_GOAL, CANCEL_TERMINATED = range(4)  #
 
 @dataclass(frozen=True)
 class Answer:
-    """The reply to one question; where there is none, `why` is the clause that says so."""
+    """The reply to one question; where there is none, `why` is the clause that says so.
+
+    replies: each server's own where several answered, None for one that cannot be read; then `message` is None.
+    """
 
     message: Message | None
     why: str = ""
+    replies: tuple[Message | None, ...] = ()
+
+    @property
+    def every(self) -> tuple[Message | None, ...]:
+        """What each server said that answered."""
+        return self.replies or (() if self.message is None else (self.message,))
 
 
 class ServiceClient:
@@ -61,7 +74,8 @@ class ServiceClient:
     def _answer(self, replies: Replies) -> Answer:
         """An empty list is ambiguous: no such service, a request it could not read, or a link that died."""
         if len(replies.payloads) > 1:
-            return Answer(None, f"{len(replies.payloads)} servers answered on {self._key}: leave one running")
+            said = f"{len(replies.payloads)} servers answered on {self._key}: leave one running"
+            return Answer(None, said, tuple(self._decoded(payload).message for payload in replies.payloads))
         if replies.payloads:
             return self._decoded(replies.payloads[0])
         if replies.errors:
@@ -130,14 +144,37 @@ class ActionClient:
         """CancelGoal_Response; ALL_GOALS cancels every goal of the server."""
         return self._cancel.ask(timeout_s, goal_info=self._info(uuid))
 
+    def cancel_each(self, uuids: Sequence[bytes], timeout_s: float) -> list[Answer]:
+        """The answers to several cancels, all asked at once."""
+        answers: SimpleQueue[tuple[int, Answer]] = SimpleQueue()
+        for number, uuid in enumerate(uuids):
+            self.cancel_later(uuid, timeout_s, partial(_keep, answers, number))
+        found = [Answer(None, "no answer came in time")] * len(uuids)
+        end_s = time.monotonic() + timeout_s + 1.0  # Zenoh ends every query itself; the margin is for a loaded machine
+        with suppress(Empty):
+            for _ in uuids:
+                number, answer = answers.get(timeout=max(end_s - time.monotonic(), 0.0))
+                found[number] = answer
+        return found
+
     def cancel_later(self, uuid: bytes, timeout_s: float, use: Callable[[Answer], None]) -> None:
         self._cancel.ask_later(timeout_s, use, goal_info=self._info(uuid))
 
-    def listen(self, feedback: Callable[[Message], None], status: Callable[[dict[bytes, int]], None]) -> None:
-        """Hear feedback messages, and the status of every goal by uuid (latched)."""
+    def listen(
+        self,
+        feedback: Callable[[Message], None],
+        status: Callable[[dict[bytes, int]], None],
+        accepted: Callable[[dict[bytes, int]], None] = lambda _: None,
+    ) -> None:
+        """Hear feedback messages, and of every goal by uuid (latched): when it was accepted, then its status."""
+
+        def use(array: Message) -> None:
+            accepted(acceptances(array))
+            status(statuses(array))
+
         heard = self._intake("feedback", f"{self.action.type_name}_FeedbackMessage", feedback)
         self._link.subscribe(self._keys.action(self.action, "feedback"), heard)
-        array = self._intake("status", STATUS_ARRAY, lambda message: status(statuses(message)))
+        array = self._intake("status", STATUS_ARRAY, use)
         self._link.subscribe(self._keys.action(self.action, "status"), array, history=True)
 
     def _intake(self, part: str, type_name: str, use: Callable[[Message], None]) -> Subscription:
@@ -148,6 +185,15 @@ class ActionClient:
 
     def _uuid(self, uuid: bytes) -> Message:
         return self._shapes.make("unique_identifier_msgs/msg/UUID", uuid=np.frombuffer(uuid, np.uint8))
+
+
+def _keep(answers: SimpleQueue[tuple[int, Answer]], number: int, answer: Answer) -> None:
+    answers.put((number, answer))
+
+
+def acceptances(array: Message) -> dict[bytes, int]:
+    """Goal uuid -> when its server accepted it, in nanoseconds, of a GoalStatusArray."""
+    return {bytes(s.goal_info.goal_id.uuid): stamp_to_ns(s.goal_info.stamp) for s in array.status_list}
 
 
 def statuses(array: Message) -> dict[bytes, int]:

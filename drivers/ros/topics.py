@@ -10,7 +10,7 @@ import math
 import threading
 from collections.abc import Callable
 
-from drivers.ports import BatteryState, CameraFrame, Clock, LidarCloud, PoseUnavailable, StaleData
+from drivers.ports import BatteryState, CameraFrame, Clock, LidarCloud, PoseUnavailable, StaleData, StampedPose
 from drivers.ros.bridge_keys import BridgeKeys, Keys
 from drivers.ros.clouds import cloud_of
 from drivers.ros.convert import camera_frame_of, grid_of, transforms_of
@@ -214,6 +214,9 @@ class RosPoseSource:
             self._clock.sleep(0.02)
 
     def robot_pose(self, max_age_s: float) -> Pose2:
+        return self.stamped_pose(max_age_s).pose
+
+    def stamped_pose(self, max_age_s: float) -> StampedPose:
         self._link.check()
         trouble = "".join(intake.trouble() for intake in self._intakes)
         try:
@@ -221,7 +224,7 @@ class RosPoseSource:
             if stamp_ns is None:
                 raise StaleData("Nothing on /tf moves the robot: map -> base_link is static. Is localisation running?")
             require_fresh("The robot's pose", stamp_ns, self._clock.now_ns(), max_age_s, trouble)
-            return Pose2.from_matrix(self._tree.lookup(stamp_ns, "map", "base_link"))
+            return StampedPose(stamp_ns, Pose2.from_matrix(self._tree.lookup(stamp_ns, "map", "base_link")))
         except PoseUnavailable as error:
             raise StaleData(
                 f"{error} Is localisation running, and does the bridge forward /tf and /tf_static?{trouble}"

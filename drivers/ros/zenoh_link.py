@@ -21,7 +21,8 @@ from drivers.topics import MAX_BYTES
 
 logger = logging.getLogger(__name__)
 KIB = 1 << 10
-TARGET = zenoh.QueryTarget.BEST_MATCHING  # ALL_COMPLETE finds nothing behind the bridge
+TARGET = zenoh.QueryTarget.ALL  # ALL_COMPLETE finds nothing behind the bridge
+EACH = zenoh.ConsolidationMode.NONE  # else the replies of two servers under one key are merged into one
 
 
 @dataclass(frozen=True)
@@ -185,7 +186,7 @@ class ZenohLink:
 
         ended = self._guard(finish)
         handler = Callback(self._guard(collect), lambda: ended(None), indirect=False)
-        self._open.get(key, handler, target=TARGET, timeout=timeout_s, payload=payload)
+        self._open.get(key, handler, target=TARGET, consolidation=EACH, timeout=timeout_s, payload=payload)
 
     @property
     def _open(self) -> zenoh.Session:

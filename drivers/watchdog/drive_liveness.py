@@ -50,5 +50,11 @@ class DriveLiveness:
         self._ask(under_way=False)
         return end
 
+    def halt(self, *, because: str) -> NavigationResult:
+        self._ask(under_way=self._under_way)
+        end = self._navigator.halt(because=because)
+        self._ask(under_way=False)
+        return end
+
     def _ask(self, *, under_way: bool) -> None:
         self._asked_s, self._under_way = self._now_s(), under_way

@@ -39,6 +39,14 @@ class RobotPose(Input):
     pose: PlanarPose
 
 
+class PoseLook(Input):
+    """Where the robot was at a stamp: one of the looks that tell whether it stands."""
+
+    topic: ClassVar[str] = "/trial/pose_look"
+    stamp_ns: int
+    pose: PlanarPose
+
+
 class Transform(Input):
     """T_map_frame at a stamp, row by row."""
 
@@ -185,6 +193,15 @@ class CancelAnswer(Input):
     status: str
     reason: str
     code: int
+
+
+class HaltAnswer(Input):
+    """How the navigator took the cancel of all goals."""
+
+    topic: ClassVar[str] = "/trial/halt"
+    because: str
+    status: str
+    reason: str
 
 
 class Stop(Input):

@@ -29,6 +29,7 @@ from drivers.ports import (
     Reply,
     Safety,
     SafetyVerdict,
+    StampedPose,
     StopRequest,
 )
 from logs.trial import records
@@ -121,6 +122,11 @@ class JournaledPoses:
         self._inputs.write(records.RobotPose(pose=records.PlanarPose.of(pose)))
         return pose
 
+    def stamped_pose(self, max_age_s: float) -> StampedPose:
+        look = self._inputs.ask("poses.stamped_pose", lambda: self._poses.stamped_pose(max_age_s))
+        self._inputs.write(records.PoseLook(stamp_ns=int(look.stamp_ns), pose=records.PlanarPose.of(look.pose)))
+        return look
+
 
 class JournaledMap:
     def __init__(self, port: Map, inputs: Inputs) -> None:
@@ -207,6 +213,11 @@ class JournaledNavigator:
     def cancel(self, *, because: str) -> NavigationResult:
         end = self._inputs.ask("navigator.cancel", lambda: self._navigator.cancel(because=because))
         self._inputs.write(records.CancelAnswer(because=because, status=end.status, reason=end.reason, code=end.code))
+        return end
+
+    def halt(self, *, because: str) -> NavigationResult:
+        end = self._inputs.ask("navigator.halt", lambda: self._navigator.halt(because=because))
+        self._inputs.write(records.HaltAnswer(because=because, status=end.status, reason=end.reason))
         return end
 
 

@@ -25,6 +25,7 @@ from drivers.ports import (
     Reply,
     SafetyVerdict,
     StaleData,
+    StampedPose,
     StopRequest,
 )
 from logs.trial import records
@@ -38,7 +39,7 @@ from openbelief.traversability import OccupancyGrid
 Kind = TypeVar("Kind", bound=records.Record)
 PORT_ERRORS = {kind.__name__: kind for kind in (PortError, StaleData, PoseUnavailable, LinkLost)}
 # What may come next while a goal is under way and has no result yet.
-DURING_A_DRIVE = (records.Stop, records.CancelAnswer, records.Supervised)
+DURING_A_DRIVE = (records.Stop, records.CancelAnswer, records.HaltAnswer, records.Supervised)
 
 
 class Divergence(PortError):
@@ -178,6 +179,10 @@ class ReplayPoses:
     def robot_pose(self, max_age_s: float) -> Pose2:  # noqa: ARG002
         return self._inputs.take(records.RobotPose, "poses.robot_pose")[0].pose.pose2()
 
+    def stamped_pose(self, max_age_s: float) -> StampedPose:  # noqa: ARG002
+        record, _ = self._inputs.take(records.PoseLook, "poses.stamped_pose")
+        return StampedPose(record.stamp_ns, record.pose.pose2())
+
 
 class ReplayMap:
     def __init__(self, inputs: RecordedInputs) -> None:
@@ -242,6 +247,10 @@ class ReplayNavigator:
     def cancel(self, *, because: str) -> NavigationResult:  # noqa: ARG002 - the reason is ours, the answer recorded
         record, _ = self._inputs.take(records.CancelAnswer, "navigator.cancel")
         return NavigationResult(NavigationStatus(record.status), record.reason, record.code)
+
+    def halt(self, *, because: str) -> NavigationResult:  # noqa: ARG002
+        record, _ = self._inputs.take(records.HaltAnswer, "navigator.halt")
+        return NavigationResult(NavigationStatus(record.status), record.reason)
 
 
 class ReplayOperator:

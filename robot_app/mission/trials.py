@@ -29,7 +29,7 @@ from openbelief.target_phrase import target_phrase
 from robot_app.cli import Failure
 from robot_app.perceptions import open_perception
 
-BEFORE = {"unseen": "set aside"}  # what a trial did whose policy does not say
+BEFORE = {"unseen": "set aside", "standing": "inferred"}  # what a trial did whose policy does not say
 
 
 @dataclass(frozen=True)

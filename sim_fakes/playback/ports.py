@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
-from drivers.ports import CameraFrame, Clock, LidarCloud, PoseUnavailable, StaleData
+from drivers.ports import CameraFrame, Clock, LidarCloud, PoseUnavailable, StaleData, StampedPose
 from drivers.ros.clouds import cloud_of
 from drivers.ros.convert import grid_of
 from drivers.ros.messages import decode
@@ -160,11 +160,14 @@ class RecordingPoses:
         return self._tree.lookup(recorded_ns, "map", frame_id)
 
     def robot_pose(self, max_age_s: float) -> Pose2:
+        return self.stamped_pose(max_age_s).pose
+
+    def stamped_pose(self, max_age_s: float) -> StampedPose:
         try:
             last_ns = self._tree.newest_stamp("map", "base_link")
             at_ns = self._line.now_ns() if last_ns is None else min(last_ns, self._line.now_ns())
             pose = Pose2.from_matrix(self._tree.lookup(at_ns, "map", "base_link"))
-            return self._line.fresh("The robot's pose", (at_ns, pose), max_age_s)[1]
+            return StampedPose(*self._line.fresh("The robot's pose", (at_ns, pose), max_age_s))
         except PoseUnavailable as error:
             raise StaleData(f"The robot's pose: {error}") from error
 

@@ -94,10 +94,14 @@ class SimNav2Server:
         self._codec = codec(distribution)
         self._say = Nav2Messages(self._codec)
 
-    def preempt(self, uuid: bytes = bytes(15) + b"\x01") -> None:
+    def preempt(self) -> None:
         """Another client sends a goal to where the robot stands."""
+        self.drive(self._robot.believed_pose)
+
+    def drive(self, pose: Pose2, uuid: bytes = bytes(15) + b"\x01") -> None:
+        """Another client sends a goal."""
         with self._lock:
-            self._accept(ServedGoal(uuid, self._robot.believed_pose, self._clock.now_ns()))
+            self._accept(ServedGoal(uuid, pose, self._clock.now_ns()))
 
     def restart(self) -> None:
         """Nav2's process dies and comes back: the robot stops and no goal is known any more."""

@@ -26,6 +26,7 @@ from drivers.ports import (
     Reply,
     SafetyVerdict,
     StaleData,
+    StampedPose,
     StopRequest,
 )
 from drivers.ros.convert import (
@@ -125,6 +126,7 @@ class Stage:
         self.cloud: Callable[[], Array] | None = None  # (n, 3) map points that the lidar sees; None: no lidar
         self.path_prefix: tuple[tuple[float, float], ...] = ()  # what the planner tells of each path
         self.verdict: Callable[[Pose2 | None], SafetyVerdict] | None = None  # None: nobody supervises
+        self.look_at: Callable[[Pose2], Pose2] = lambda robot: robot  # where it is when it is looked at
         self.told: list[str] = []
         self.sent: list[Pose2] = []
         self.cancelled: list[str] = []
@@ -224,6 +226,9 @@ class StageNavigator:
             raise self.drive.cancel_raises
         return self.drive.cancel
 
+    def halt(self, *, because: str) -> NavigationResult:
+        return self.cancel(because=because)
+
 
 class StageOperator:
     def __init__(self, stage: Stage) -> None:
@@ -273,6 +278,9 @@ class StagePoses:
 
     def robot_pose(self, max_age_s: float) -> Pose2:
         return self.stage.robot
+
+    def stamped_pose(self, max_age_s: float) -> StampedPose:
+        return StampedPose(self.stage.clock.now_ns(), self.stage.look_at(self.stage.robot))
 
 
 class StagePerception:

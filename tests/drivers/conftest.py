@@ -25,7 +25,7 @@ from sim_fakes.wire.ros_site import RosSite
 from sim_fakes.world.robot import SimRobot
 
 START_NS = 1_700_000_000_000_000_000
-LIMITS = Nav2Limits(plan_s=1.0, result_poll_s=0.5, result_ask_s=1.0, cancel_s=1.0)  # a loaded machine may stall
+LIMITS = Nav2Limits(plan_s=1.0, result_wait_s=0.5, result_ask_s=1.0, cancel_s=1.0)  # a loaded machine may stall
 
 
 class Room:
@@ -51,6 +51,7 @@ class PlainEyes:
 
 @dataclass
 class Rig:
+    room: Room
     clock: SimClock
     robot: SimRobot
     site: RosSite
@@ -122,7 +123,7 @@ def make_rig() -> Iterator[Callable[..., Rig]]:
             )
             for port in (*ports, grid, nav):
                 port.start()
-            return Rig(clock, robot, site, link, *ports, grid, nav)
+            return Rig(room, clock, robot, site, link, *ports, grid, nav)
 
         yield make
 

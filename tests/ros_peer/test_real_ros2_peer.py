@@ -102,7 +102,7 @@ def nav(link, eventually):
 
 def open_nav(link, eventually):
     grid = RosMap(link)
-    limits = Nav2Limits(result_poll_s=1.0, silence_s=3.0)
+    limits = Nav2Limits(result_wait_s=1.0, silence_s=3.0)
     made = Nav2Bridge(link, SystemClock(), Known(), grid, new_uuid=lambda: uuid.uuid4().bytes, limits=limits)
     grid.start()
     made.start()

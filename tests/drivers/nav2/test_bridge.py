@@ -166,7 +166,9 @@ def test_a_distribution_set_wrong_is_an_end_all_the_same(make_rig):
     made = make_rig(distribution="humble", expected="jazzy")
     made.start()
     made.nav.send(GOAL)
-    assert made.until_end().status == NavigationStatus.SUCCEEDED, "the status is enough"
+    end = made.until_end()
+    assert end.status == NavigationStatus.LOST and "its result message was lost" in end.reason
+    assert not made.robot.moving
     with pytest.raises(LinkLost, match="cannot be read"):
         made.nav.plan(GOAL)
 

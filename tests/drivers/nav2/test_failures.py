@@ -6,15 +6,23 @@ import subprocess
 import sys
 import threading
 from collections import Counter
+from types import SimpleNamespace
 
 import pytest
 
 from drivers.nav2.bridge import CANCEL_PAUSE_S, Nav2Bridge, Nav2Limits
+from drivers.nav2.result import SAID
 from drivers.ports import LinkLost, NavigationResult, NavigationStatus, PoseUnavailable, StaleData
+from drivers.ros.action import ABORTED, CANCELED, EXECUTING, SUCCEEDED
+from drivers.ros.messages import codec
 from drivers.ros.zenoh_link import LinkConfig, ZenohLink, open_router
 from drivers.topics import LIDAR, NAVIGATE_TO_POSE, TF, TF_STATIC
 from openbelief.pose import Pose2
 from sim_fakes.wire.faults import ALWAYS, Nav2Faults, SensorFaults, oversize
+from sim_fakes.wire.nav2_messages import Nav2Messages, ServedGoal
+from sim_fakes.wire.nav2_server import SimNav2Server
+from sim_fakes.wire.sim_bridge import SimBridge
+from sim_fakes.world.robot import SimRobot
 
 GOAL = Pose2(3.5, 3.0, 1.0)
 USE_THE_REMOTE = "use the remote"
@@ -90,12 +98,124 @@ def test_a_plan_whose_answer_was_lost_once_is_asked_for_again(rig, fault):
 
 
 @pytest.mark.parametrize("fault", ["lost", "empty", "garbage"])
-def test_a_result_that_never_arrives_is_concluded_from_the_status(rig, fault):
+def test_a_success_whose_result_never_arrives_is_not_believed(rig, fault):
     getattr(rig.site.nav2_faults, fault)["get_result"] = ALWAYS
     rig.nav.send(GOAL)
     result = rig.until_end()
-    assert result.status == NavigationStatus.SUCCEEDED
+    assert result.status == NavigationStatus.LOST
     assert "result message was lost" in result.reason
+
+
+def test_an_abort_whose_result_never_arrives_is_concluded_from_status_and_cancel(rig):
+    rig.site.nav2_faults.lost["get_result"] = ALWAYS
+    rig.nav.send(GOAL)
+    rig.site.nav2_faults.abort = (105, "no progress")
+    result = rig.until_end()
+    assert result.status == NavigationStatus.ABORTED and "result message was lost" in result.reason
+
+
+@pytest.mark.parametrize("status", [SUCCEEDED, CANCELED, ABORTED])
+def test_a_status_on_the_wire_ends_no_goal_that_drives(under_way, status):
+    """Anybody can put a status; the server that still drives is asked, and the goal cancelled there."""
+    rig, uuid = under_way, under_way.nav._goal.uuid
+    accepted_ns = rig.site.nav2._goals[uuid].stamp_ns
+    forged = Nav2Messages(codec()).statuses([ServedGoal(uuid, None, accepted_ns, status=status)])
+    rig.site.bridge.put(rig.site.bridge.keys.action(NAVIGATE_TO_POSE, "status"), codec().encode(forged), latched=True)
+    rig.site.bridge.flush()
+    result = rig.until_end()
+    assert result.status == NavigationStatus.LOST
+    assert f"status says {SAID[status]}" in result.reason and "under way all the same" in result.reason
+    assert not rig.robot.moving
+
+
+# Every goal, whatever is believed of ours
+
+
+def test_a_halt_stops_a_goal_that_was_believed_to_have_ended(under_way):
+    under_way.nav._goal.end = NavigationResult(NavigationStatus.SUCCEEDED, "so it seemed")
+    assert under_way.nav.cancel(because="stop").status == NavigationStatus.SUCCEEDED
+    assert under_way.robot.moving
+    assert under_way.nav.halt(because="stop").status == NavigationStatus.CANCELED
+    assert not under_way.robot.moving
+
+
+def test_a_halt_stops_goals_of_others_and_is_taken_where_nothing_runs(rig):
+    assert rig.nav.halt(because="stop").status == NavigationStatus.CANCELED
+    rig.site.nav2.drive(GOAL)
+    rig.clock.sleep(1.0)
+    assert rig.robot.moving
+    assert rig.nav.halt(because="stop").status == NavigationStatus.CANCELED
+    assert not rig.robot.moving
+
+
+@pytest.mark.parametrize("fault", ["lost", "empty", "garbage"])
+def test_a_halt_that_is_not_answered_warns_and_one_that_is_lost_once_is_made_good(under_way, fault):
+    getattr(under_way.site.nav2_faults, fault)["cancel_goal"] = ALWAYS
+    result = under_way.nav.halt(because="stop")
+    assert result.status == NavigationStatus.STILL_MOVING and USE_THE_REMOTE in result.reason
+    getattr(under_way.site.nav2_faults, fault)["cancel_goal"] = 1
+    assert under_way.nav.halt(because="stop").status == NavigationStatus.CANCELED
+    assert not under_way.robot.moving
+
+
+@pytest.mark.parametrize("code", [0, 1])
+def test_a_halt_that_is_refused_warns(under_way, code):
+    under_way.site.nav2_faults.cancel_code = code
+    result = under_way.nav.halt(because="stop")
+    assert result.status == NavigationStatus.STILL_MOVING and USE_THE_REMOTE in result.reason
+
+
+# 12: two servers of one action
+
+
+@pytest.fixture
+def second(rig):
+    """Another Nav2 with a robot of its own, behind another bridge; `start()` brings it up."""
+    with SimBridge(rig.link.config.endpoints[0]) as bridge:
+        robot = SimRobot(rig.room, rig.clock, Pose2(1.0, 1.0, 0.0))
+        server = SimNav2Server(bridge, rig.clock, robot, rig.room.occupancy_grid())
+        yield SimpleNamespace(bridge=bridge, robot=robot, server=server, start=server.start)
+
+
+def test_two_servers_are_refused_before_a_drive(rig, second, eventually):
+    second.start()
+    eventually(lambda: "2 Nav2 servers" in (rig.nav.unavailable() or ""))
+    with pytest.raises(LinkLost, match="2 servers answered"):
+        rig.nav.plan(GOAL)
+
+
+def test_a_goal_that_two_servers_took_is_cancelled_at_both(rig, second, eventually):
+    second.start()
+    eventually(lambda: rig.nav.signs.doubled)
+    result = rig.nav.send(GOAL)
+    assert result.status == NavigationStatus.LOST and "2 Nav2 servers" in result.reason
+    rig.clock.sleep(0.5)
+    assert rig.site.nav2.accepted == second.server.accepted == 1
+    assert not rig.robot.moving and not second.robot.moving
+
+
+def test_a_second_server_that_comes_under_way_ends_the_drive(under_way, second, eventually):
+    second.start()
+    eventually(lambda: under_way.nav.result() is not None)
+    assert under_way.nav.result().status == NavigationStatus.LOST and "2 Nav2 servers" in under_way.nav.result().reason
+    assert not under_way.robot.moving
+
+
+def test_two_servers_behind_one_bridge_are_told_by_the_two_moments_of_their_acceptance(under_way):
+    rig, uuid = under_way, under_way.nav._goal.uuid
+    other = Nav2Messages(codec()).statuses([ServedGoal(uuid, None, 12_000_000_034, status=EXECUTING)])
+    rig.site.bridge.put(rig.site.bridge.keys.action(NAVIGATE_TO_POSE, "status"), codec().encode(other), latched=True)
+    rig.site.bridge.flush()
+    result = rig.until_end()
+    assert result.status == NavigationStatus.LOST and "2 Nav2 servers" in result.reason
+    assert not rig.robot.moving
+
+
+def test_a_server_that_refuses_the_cancel_is_not_outvoted_by_one_that_takes_it(rig, second, eventually):
+    second.start()
+    eventually(lambda: rig.nav.signs.doubled)
+    second.server.faults.cancel_code = 1
+    assert rig.nav.halt(because="stop").status == NavigationStatus.STILL_MOVING
 
 
 # 4: a goal whose acceptance is unknown
@@ -135,7 +255,7 @@ def test_a_rejected_goal_is_named(rig):
 
 
 def test_a_long_goal_outlives_many_expired_result_questions(make_rig, eventually):
-    rig = make_rig(limits=Nav2Limits(result_poll_s=0.05))
+    rig = make_rig(limits=Nav2Limits(result_wait_s=0.05))
     rig.start()
     rig.nav.send(GOAL)
     eventually(lambda: rig.nav.result() is None and rig.site.nav2.asked["get_result"] > 3)  # each expired before

@@ -85,11 +85,11 @@ def test_every_end_has_its_name_and_a_sentence(status, code, replaced, end):
 @pytest.mark.parametrize(
     ("status", "replaced", "end"),
     [
-        (SUCCEEDED, True, NavigationStatus.SUCCEEDED),
+        (SUCCEEDED, True, NavigationStatus.LOST),
         (CANCELED, False, NavigationStatus.CANCELED),
         (ABORTED, True, NavigationStatus.PREEMPTED),
         (ABORTED, False, NavigationStatus.ABORTED),
     ],
 )
-def test_the_status_alone_names_the_end_too(status, replaced, end):
+def test_the_status_alone_names_every_end_but_success(status, replaced, end):
     assert result_from_status(status, replaced=replaced).status == end

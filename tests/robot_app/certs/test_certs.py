@@ -44,8 +44,8 @@ KEYS = WatchdogKeys(BridgeKeys())
 SEND_GOAL = BridgeKeys().action(NAVIGATE_TO_POSE, "send_goal")
 REFUSED = ("navigate_to_pose/_action/cancel_goal", "compute_path_to_pose/_action/send_goal", KEYS.reset)
 IS_UP = BridgeKeys().service(IS_ACTIVE)
-PATIENT = Nav2Limits(send_s=60.0, plan_s=60.0, result_poll_s=60.0, result_ask_s=60.0, cancel_s=60.0)  # who is answered
-QUICK = Nav2Limits(send_s=0.5, plan_s=0.5, result_poll_s=0.3, result_ask_s=0.3, cancel_s=0.3)  # who never is
+PATIENT = Nav2Limits(send_s=60.0, plan_s=60.0, result_wait_s=60.0, result_ask_s=60.0, cancel_s=60.0)  # who is answered
+QUICK = Nav2Limits(send_s=0.5, plan_s=0.5, result_wait_s=0.3, result_ask_s=0.3, cancel_s=0.3)  # who never is
 ANSWERED_S, REFUSED_S = 60.0, 0.5  # an answer ends its wait; a refusal is known to be none by what comes after it
 
 

@@ -86,7 +86,7 @@ def test_stop_typed_during_the_drive_cancels_the_goal(terminal, config, keyboard
     status, report = ask(terminal, capsys, config)
     assert (status, report["outcome"], report["reason"]) == (1, "CANCELLED", "the operator said stop")
     kinds = [type(record) for record in TrialReader(Path(report["trial"])).records]
-    assert kinds.index(records.GoalAnswer) < kinds.index(records.Stop) < kinds.index(records.CancelAnswer)
+    assert kinds.index(records.GoalAnswer) < kinds.index(records.Stop) < kinds.index(records.HaltAnswer)
     assert records.NavigationEnd not in kinds
 
 
