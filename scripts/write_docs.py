@@ -13,7 +13,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT))
+sys.path[:0] = [str(ROOT), str(ROOT / "scripts")]
+
+import architecture  # noqa: E402 - beside this script
 
 
 def mission_diagram() -> str:
@@ -79,6 +81,9 @@ def summary(kind: type) -> str:
 
 
 GENERATED: dict[tuple[str, str], Callable[[], str]] = {
+    ("docs/architecture.md", "rooms"): architecture.diagram,
+    ("docs/architecture.md", "contracts"): architecture.contract_list,
+    ("docs/architecture.md", "walks"): architecture.walks,
     ("docs/mission.md", "diagram"): mission_diagram,
     ("docs/mission.md", "ends"): mission_ends,
     ("docs/mission.md", "navigation"): mission_navigation,
