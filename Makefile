@@ -29,11 +29,11 @@ setup: $(READY)
 
 $(READY): requirements/dev.txt requirements/livox_oracle.txt pyproject.toml
 	@command -v $(PYTHON) >/dev/null || { echo "openbelief needs Python 3.11: install it, or name one with make PYTHON=/path/to/python3.11"; exit 1; }
+	@$(PYTHON) scripts/check_system.py
 	$(PYTHON) -m venv .venv || { echo "Python's venv module is missing. Mend it with: sudo apt-get install python3.11-venv"; exit 1; }
 	$(PY) -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/dev.txt
 	@$(PY) -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r requirements/livox_oracle.txt || echo "py-livox2 does not install here: the test against Livox's own SDK will skip"
 	$(PY) -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
-	$(PY) scripts/check_system.py
 	@touch $@
 
 $(PEER): requirements/ros-peer.txt

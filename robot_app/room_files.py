@@ -20,8 +20,11 @@ def read_rooms(path: Path) -> tuple[Room, ...]:
 
     try:
         said = json.loads(path.read_text(encoding="utf-8"))
-        return rooms_of(said.get("rooms") if isinstance(said, dict) else said)
+        rooms = rooms_of(said.get("rooms") if isinstance(said, dict) else said)
     except OSError as error:
         raise Failure(f"{path} cannot be read: {error.strerror}.") from error
     except ValueError as error:
         raise Failure(f"{path} names no rooms: {error}") from error
+    if not rooms:
+        raise Failure(f"{path} names no rooms: its list is empty.")
+    return rooms

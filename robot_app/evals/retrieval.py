@@ -8,10 +8,15 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from robot_app.cli import Failure, print_json
 
+if TYPE_CHECKING:
+    from openbelief.evaluation.truth import Truth
+    from openbelief.memory import ObjectMemory
+
+SAME_SITE_M = 1.0  # nearer to nothing than this is no mapping error
 READOUTS = ("consensus", "early", "belief")
 
 
@@ -31,6 +36,7 @@ def run(options: argparse.Namespace) -> None:
     except TruthError as error:
         raise Failure(str(error)) from error
     memory = open_with_encoder(options.memory)
+    _require_same_site(memory, truth, options.truth)
     result = evaluate(memory, truth, options.readout) | {
         "memory": str(options.memory),
         "truth": str(options.truth),
@@ -38,6 +44,16 @@ def run(options: argparse.Namespace) -> None:
         "parameters": memory.parameters.to_dict(),
     }
     print_json(result) if options.json else _show(result)
+
+
+def _require_same_site(memory: ObjectMemory, truth: Truth, path: Path) -> None:
+    """Raises Failure where nothing that the memory holds lies near anything that the truth names."""
+    centroids = [node.centroid for node in memory.objects]
+    if centroids and not any(thing.contains(c, SAME_SITE_M) for thing in truth.objects.values() for c in centroids):
+        raise Failure(
+            f"{path} is of another site: none of the memory's {len(centroids)} objects lies within {SAME_SITE_M:g} m "
+            "of a thing that it names. Give the truth beside the recording that was mapped."
+        )
 
 
 def _show(result: dict[str, Any]) -> None:

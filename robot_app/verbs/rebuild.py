@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from robot_app.cli import Failure, print_json
 
 if TYPE_CHECKING:
+    from openbelief.memory import ObjectMemory
     from openbelief.parameters import Parameters
 
 EXAMPLE = "openbelief rebuild demo-out/site.belief -o new.belief --set synonym_threshold=0.85"
@@ -46,6 +47,7 @@ def run(options: argparse.Namespace) -> None:
         new = old.rebuilt(_changed(old.parameters, changes))
         if options.rooms:
             new = new.with_rooms(read_rooms(options.rooms))
+            _require_some_inside(new, options.rooms)
         new.save(options.out)
     except (ValueError, TypeError) as error:
         raise Failure(str(error)) from error
@@ -57,8 +59,31 @@ def run(options: argparse.Namespace) -> None:
         "observations": len(new.observations),
         "objects": len(new.objects),
         "objects_before": len(old.objects),
+        "rooms": [{"name": room.name, "objects": _standing_in(new, room.name)} for room in new.rooms],
+        "moved": _moved(old, new),
     }
     print_json(report) if options.json else _show(report)
+
+
+def _require_some_inside(memory: ObjectMemory, rooms: Path) -> None:
+    if memory.objects and not any(node.room for node in memory.objects):
+        raise Failure(f"None of the {len(memory.objects)} objects stands in a room of {rooms}: is it of another site?")
+
+
+def _standing_in(memory: ObjectMemory, room: str) -> int:
+    return sum(node.room == room for node in memory.objects)
+
+
+def _moved(old: ObjectMemory, new: ObjectMemory) -> list[dict[str, Any]]:
+    """Objects whose room is another one now; none where the objects themselves are others."""
+    if len(old.objects) != len(new.objects):
+        return []
+    pairs = zip(old.objects, new.objects, strict=True)
+    return [
+        {"object_id": after.id, "label": after.label, "from": before.room, "to": after.room}
+        for before, after in pairs
+        if before.room != after.room
+    ]
 
 
 def _changes(options: argparse.Namespace) -> dict[str, Any]:
@@ -99,7 +124,12 @@ def _changed(parameters: Parameters, changes: dict[str, Any]) -> Parameters:
 
 
 def _show(report: dict[str, Any]) -> None:
+    from logs.structured import neutralise
+
     changed = ", ".join(f"{name} = {value}" for name, value in report["changed"].items()) or "nothing"
     print(f"changed: {changed}")
     print(f"{report['observations']} observations, {report['objects']} objects ({report['objects_before']} before)")
+    if report["rooms"]:
+        print("rooms: " + neutralise(", ".join(f"{room['name']} {room['objects']}" for room in report["rooms"])))
+        print(f"{len(report['moved'])} objects stand in another room than before")
     print(f"{report['memory']}, content hash {report['content_hash']}")

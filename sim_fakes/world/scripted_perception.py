@@ -13,7 +13,7 @@ import numpy as np
 
 from openbelief.arrays import Array, normalize
 from openbelief.observation import Mask, RgbdFrame
-from openbelief.perception.ports import TextEncoder
+from openbelief.perception.ports import FrameUnseen, TextEncoder
 from openbelief.perception.stages import Stage
 from sim_fakes.world.mask_noise import MaskNoise, ragged_masks
 from sim_fakes.world.renderer import Renderer
@@ -27,6 +27,7 @@ LABEL_COSINE = 0.30  # between a feature and the embedding of the thing's true n
 SAME_KIND_COSINE = 0.6  # between the looks of two things of the same label, shape and colour
 FEATURE_NOISE = 0.27  # so that two views of one thing have a cosine of about 1 - 0.27^2 = 0.93
 CONFIDENCE = (0.45, 0.92)
+ANOTHER_PLACE_M, ANOTHER_PLACE_SHARE = 0.5, 0.5  # depth further off than any pose error, in most of the picture
 RANGE_MAX_M = 5.0  # nothing further away is named
 
 
@@ -56,8 +57,12 @@ class ScriptedPerception:
         """Nothing is waited for."""
 
     def perceive(self, frame: RgbdFrame) -> list[Mask]:
-        """The masks of what the frame's camera truly sees, largest id last."""
+        """The masks of what the frame's camera truly sees, largest id last.
+
+        Raises FrameUnseen where the frame measured another place than the scene shows there.
+        """
         depth_m, instances = self._renderer.segment(frame.T_map_camera, frame.intrinsics)
+        self._require_same_place(frame, depth_m)
         masks: list[Mask] = []
         for instance in np.unique(instances):
             silhouette = instances == instance
@@ -68,6 +73,12 @@ class ScriptedPerception:
                 range_m = _range(silhouette, depth_m, frame)
                 masks += self._object(self._world.object(int(instance)), silhouette, range_m, len(masks), rng)
         return masks
+
+    def _require_same_place(self, frame: RgbdFrame, depth_m: Array) -> None:
+        measured = (frame.depth_m > 0) & (depth_m > 0)
+        apart = np.abs(frame.depth_m[measured] - depth_m[measured]) > ANOTHER_PLACE_M
+        if apart.size and apart.mean() > ANOTHER_PLACE_SHARE:
+            raise FrameUnseen(f"the recording shows another place than the scene {self._world.name}")
 
     def _object(
         self, thing: WorldObject, silhouette: Array, range_m: float, first: int, rng: np.random.Generator

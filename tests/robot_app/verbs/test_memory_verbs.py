@@ -74,7 +74,7 @@ def test_rebuild_changes_belief_and_keeps_the_evidence(memory, capsys, tmp_path)
     result = answer(capsys, "rebuild", memory, "-o", new, "--set", "alpha=2.0", "--set", "fusion=calibrated")
     assert result["changed"] == {"alpha": 2.0, "fusion": "calibrated"} and result["objects"] == 3
     old, opened = ObjectMemory.open(memory), ObjectMemory.open(new)
-    assert opened.parameters.alpha == 2.0 and opened.digests == old.digests
+    assert opened.parameters.alpha == 2.0 and opened.evidence.digests == old.evidence.digests
     assert opened.content_hash == result["content_hash"] != old.content_hash
     assert main(["rebuild", str(memory), "-o", str(new)]) == 1
     assert "--force" in capsys.readouterr().err
@@ -116,6 +116,43 @@ def test_a_file_without_rooms_is_refused_in_one_line(memory, capsys, tmp_path, s
     assert main([*map(str, arguments)]) == 1
     [line] = capsys.readouterr().err.splitlines()
     assert "rooms.json names no rooms" in line and not (tmp_path / "new.belief").exists()
+
+
+def square(name: str, x_m: float) -> dict:
+    return {"name": name, "polygon": [[x_m, -1], [x_m + 2, -1], [x_m + 2, 2], [x_m, 2]]}
+
+
+def test_rebuild_says_what_other_rooms_change(memory, capsys, tmp_path):
+    rooms = tmp_path / "rooms.json"
+    rooms.write_text(json.dumps([square("hall", -1), square("study", 2)]))
+    result = answer(capsys, "rebuild", memory, "-o", tmp_path / "new.belief", "--rooms", rooms)
+    assert result["rooms"] == [{"name": "hall", "objects": 1}, {"name": "study", "objects": 1}]
+    assert [(m["object_id"], m["from"], m["to"]) for m in result["moved"]] == [(0, None, "hall"), (1, None, "study")]
+    assert main(["rebuild", str(memory), "-o", str(tmp_path / "again.belief"), "--rooms", str(rooms)]) == 0
+    assert "hall 1, study 1" in capsys.readouterr().out
+
+
+def test_rooms_of_another_site_and_none_at_all_are_noticed(memory, capsys, tmp_path):
+    rooms, new = tmp_path / "rooms.json", tmp_path / "new.belief"
+    for said, words in (([], "its list is empty"), ([square("attic", 500)], "is it of another site?")):
+        rooms.write_text(json.dumps(said))
+        assert main(["rebuild", str(memory), "-o", str(new), "--rooms", str(rooms)]) == 1
+        assert words in capsys.readouterr().err and not new.exists()
+
+
+def test_the_truth_of_another_site_is_noticed(memory, capsys, tmp_path):
+    truth, far = tmp_path / "truth.json", [[100, 100, 0], [101, 101, 1]]
+    truth.write_text(
+        json.dumps(
+            {
+                "format": "openbelief.truth/1",
+                "objects": [{"id": 1, "label": "red chair", "aabb": far}],
+                "queries": [{"query": "red chair", "kind": "direct", "accept": [1]}],
+            }
+        )
+    )
+    assert main(["eval", "retrieval", str(memory), str(truth), "--json"]) == 1
+    assert "of another site" in capsys.readouterr().err
 
 
 def test_the_margin_is_over_the_second_candidate_also_where_one_is_shown(memory, capsys):

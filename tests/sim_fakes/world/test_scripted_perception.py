@@ -1,13 +1,14 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from openbelief.g1 import COLOR_INTRINSICS, T_BASE_CAMERA
 from openbelief.observation import RgbdFrame
-from openbelief.perception.ports import Perception
+from openbelief.perception.ports import FrameUnseen, Perception
 from openbelief.pose import Pose2
 from sim_fakes.world.mask_noise import MaskNoise, ragged_masks
 from sim_fakes.world.renderer import Renderer
@@ -35,6 +36,13 @@ def said(masks):
 
 def of_object(masks, instances, object_id):
     return [m for m in masks if (instances[m.pixels] == object_id).mean() > 0.7]
+
+
+def test_a_frame_of_another_place_is_not_looked_at(small_world, encoder, renderer):
+    elsewhere = frame(renderer, FAR, 1)
+    moved = replace(elsewhere, depth_m=np.where(elsewhere.depth_m > 0, elsewhere.depth_m + 1.0, 0).astype(np.float32))
+    with pytest.raises(FrameUnseen, match="another place than the scene"):
+        ScriptedPerception(small_world, encoder, renderer=renderer).perceive(moved)
 
 
 def test_the_same_frame_gives_the_same_masks_in_any_order(small_world, encoder, renderer):
