@@ -286,7 +286,7 @@ class Mission:
 
 def fingerprint(memory: ObjectMemory) -> str:
     """The memory's content hash, computed again from the evidence it holds now."""
-    return memory.evidence.hashed_again()
+    return memory.fingerprint()
 
 
 def _fault_sentence(error: Exception) -> str:

@@ -41,7 +41,7 @@ def map_frames(
         rooms=rooms,
         surroundings=store.surroundings(),
     )
-    store.finish(memory.evidence)  # 5. seal
+    store.finish(memory.evidence, memory.table.columns)  # 5. seal
     return memory
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from numbers import Integral
 from typing import Any
 
@@ -13,17 +15,20 @@ import numpy as np
 from openbelief import store
 from openbelief.arrays import Array
 from openbelief.association import ExtentAlarm, associate, extent_alarms
-from openbelief.belief import Concept, synonym_threshold
+from openbelief.belief import Concept
+from openbelief.belief_file import BeliefFile
 from openbelief.embedding import embed_phrases, unit_rows
 from openbelief.evidence import Evidence, FrameRecord, canonical_order
-from openbelief.node import ObjectNode, make_node
+from openbelief.node import ObjectNode
+from openbelief.node_columns import believe
+from openbelief.node_table import NodeTable
 from openbelief.observation import Observation
 from openbelief.parameters import Parameters
 from openbelief.perception.ports import TextEncoder
 from openbelief.phrase import is_background
 from openbelief.projection import check_projection, project_language, project_node
-from openbelief.retrieval import Candidate, best_first, check_readout, score
-from openbelief.rooms import Room, room_at
+from openbelief.retrieval import Candidate, Question, Ranking, check_readout
+from openbelief.rooms import Room
 from openbelief.surroundings import Surroundings
 from openbelief.target_phrase import target_phrase
 
@@ -43,11 +48,10 @@ __all__ = ["Candidate", "Concept", "ObjectMemory", "ObjectNode"]
 class ObjectMemory:
     """Make one with `build` or `open`. Nothing in it can be changed; belief follows from the evidence.
 
-    objects: B_i, row i has id i. text_encoder: None where only vectors can be asked.
+    table: all nodes in columns; `objects` are its rows. text_encoder: None where only vectors can be asked.
     """
 
-    evidence: Evidence
-    objects: tuple[ObjectNode, ...] = field(repr=False)
+    table: NodeTable = field(repr=False)
     text_encoder: TextEncoder | None = field(repr=False, default=None)
 
     @classmethod
@@ -75,12 +79,12 @@ class ObjectMemory:
         evidence = Evidence(
             observations=ordered,
             digests=digests,
-            partition=associate(ordered, parameters).tolist(),
+            partition=associate(ordered, parameters),
             embeddings=embed_phrases(ordered, text_encoder),
             frames=tuple(sorted(frames)) or _frames_of(ordered),
             rooms=tuple(rooms),
             about=about or {},
-            surroundings=surroundings or Surroundings(),
+            read_surroundings=lambda: surroundings or Surroundings(),
             parameters=parameters,
             text_encoder_id=text_encoder.id,
             text_dim=int(text_encoder.dim),
@@ -94,21 +98,24 @@ class ObjectMemory:
 
         Raises BeliefFileError where the file cannot be used, ValueError where the encoder is not the file's.
         """
-        memory = cls.of(store.read(path))
+        file = BeliefFile(path)
+        evidence = file.evidence()
+        memory = cls(NodeTable(evidence, file.node_columns(evidence)))
         return memory if text_encoder is None else memory.with_text_encoder(text_encoder)
 
     @classmethod
     def of(cls, evidence: Evidence, text_encoder: TextEncoder | None = None) -> ObjectMemory:
-        """The objects, derived: the same evidence, partition and parameters give the same memory."""
-        threshold = synonym_threshold(evidence.parameters, evidence.text_encoder_id)
-        members: dict[int, list[Observation]] = {}
-        for observation, object_id in zip(evidence.observations, evidence.partition, strict=True):
-            members.setdefault(object_id, []).append(observation)
-        nodes = (
-            make_node(i, members[i], evidence.embeddings, threshold, evidence.parameters, evidence.rooms)
-            for i in sorted(members)
-        )
-        return cls(evidence, tuple(nodes), text_encoder)
+        """The memory that follows from evidence: the same evidence, partition and parameters give the same."""
+        return cls(NodeTable(evidence, believe(evidence)), text_encoder)
+
+    @property
+    def evidence(self) -> Evidence:
+        return self.table.evidence
+
+    @cached_property
+    def objects(self) -> tuple[ObjectNode, ...]:
+        """B_i; object i has id i."""
+        return tuple(ObjectNode(self.table, i) for i in range(len(self.table)))
 
     @property
     def parameters(self) -> Parameters:
@@ -130,6 +137,16 @@ class ObjectMemory:
     def content_hash(self) -> str:
         """Names the evidence, its partition, the encoder and the parameters."""
         return self.evidence.content_hash
+
+    @property
+    def state_hash(self) -> str:
+        """Names the content and the rooms, given and derived: what a trial and an operator's question are about."""
+        return self.evidence.state_hash
+
+    def fingerprint(self) -> str:
+        """Hex sha256 of all that is in memory as it is now: of what answers, nothing may change during a mission."""
+        said = self.evidence.state_again().encode() + self.table.digest()
+        return hashlib.sha256(said).hexdigest()
 
     @property
     def observations(self) -> Sequence[Observation]:
@@ -168,13 +185,15 @@ class ObjectMemory:
 
     def with_rooms(self, rooms: Iterable[Room]) -> ObjectMemory:
         """The same memory, of the same content hash, whose objects stand in these rooms."""
-        named = tuple(rooms)
-        nodes = tuple(replace(node, room=room_at(node.centroid, named)) for node in self.objects)
-        return replace(self, evidence=replace(self.evidence, rooms=named), objects=nodes)
+        return self._with(rooms=tuple(rooms))
 
     def with_surroundings(self, surroundings: Surroundings) -> ObjectMemory:
         """The same memory, of the same content hash, with these keyframes and maps."""
-        return replace(self, evidence=replace(self.evidence, surroundings=surroundings))
+        return self._with(read_surroundings=lambda: surroundings)
+
+    def _with(self, **changes: Any) -> ObjectMemory:
+        """With other things around the same evidence."""
+        return replace(self, table=NodeTable(replace(self.evidence, **changes), self.table.columns))
 
     def rebuilt(self, parameters: Parameters) -> ObjectMemory:
         """The memory that other parameters make of the same evidence; needs neither perception nor text encoder.
@@ -184,15 +203,17 @@ class ObjectMemory:
         for name in ACQUISITION_PARAMETERS:
             if getattr(parameters, name) != getattr(self.parameters, name):
                 raise ValueError(f"Parameter {name} decides what is taken from a frame: map again with it.")
-        partition = associate(self.observations, parameters).tolist()
-        return self.of(replace(self.evidence, partition=partition, parameters=parameters), self.text_encoder)
+        observations = list(self.observations)
+        partition = associate(observations, parameters)
+        evidence = replace(self.evidence, observations=observations, partition=partition, parameters=parameters)
+        return self.of(evidence, self.text_encoder)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """A finished .belief file, all of it or nothing; one that is there already is replaced.
 
         Raises BeliefFileError where it cannot be written.
         """
-        store.write(path, self.evidence)
+        store.write(path, self.evidence, self.table.columns)
 
     def rank(
         self,
@@ -212,9 +233,8 @@ class ObjectMemory:
         _check_limit(limit)
         if not self._is_asked(query):
             return []
-        vector, nodes = self._ask(query)
-        candidates = score(nodes, vector, known, self.parameters, self.feature_text_aligned)
-        return best_first(candidates, frozenset(exclude))[:limit]
+        vector, asked = self._ask(query)
+        return Ranking(self.table, Question(vector, known, asked)).best(frozenset(exclude), limit)
 
     def retrieve(
         self, query: str | Array, readout: str = "consensus", exclude: Iterable[int] = frozenset()
@@ -224,18 +244,22 @@ class ObjectMemory:
 
     def nothing_because(self, query: str | Array, exclude: Iterable[int] = frozenset()) -> str | None:
         """Why `retrieve` gives None, in the operator's words; None where it gives a candidate."""
-        if not self.objects:
+        if not len(self.table):
             return "the memory holds no objects"
-        nodes = self._ask(query)[1]
-        if not nodes:
+        ids = set(np.flatnonzero(self._asked(query)).tolist())
+        if not ids:
             return "the memory holds nothing but background (walls, floors)"
-        if {n.id for n in nodes} <= set(exclude):
-            return f"all {len(nodes)} candidates are excluded"
+        if ids <= set(exclude):
+            return f"all {len(ids)} candidates are excluded"
         return None
 
-    def extent_alarms(self) -> list[ExtentAlarm]:
-        """Objects larger than their views explain (label = object id): reported, never silently split."""
-        return extent_alarms(self.observations, np.array(self.evidence.partition, dtype=np.int64), self.parameters)
+    def extent_alarms(self, objects: Sequence[ObjectNode] | None = None) -> list[ExtentAlarm]:
+        """Objects (all by default) larger than their views explain, label = id: reported, never silently split."""
+        alarms = []
+        for node in self.objects if objects is None else objects:
+            members = list(node.observations)
+            alarms += extent_alarms(members, np.full(len(members), node.id), self.parameters)
+        return alarms
 
     def project(self, classes: Sequence[str] | Array, readout: str = "full") -> Array:
         """(objects, classes) float64 class distributions; row i is `objects[i]`.
@@ -251,18 +275,24 @@ class ObjectMemory:
 
     def _is_asked(self, query: str | Array) -> bool:
         """False where there is nothing to rank, which needs no encoder; what asks nothing is refused all the same."""
-        if self.objects or not isinstance(query, str):
+        if len(self.table) or not isinstance(query, str):
             return True
         target_phrase(query)
         return False
 
-    def _ask(self, query: str | Array) -> tuple[Array, list[ObjectNode]]:
-        """(d,) float64 unit query and the nodes that it ranks."""
-        if not isinstance(query, str):
-            return unit_rows([_vector(query)], self.text_dim, "The query vector")[0], list(self.objects)
-        target = target_phrase(query)
-        vector = unit_rows(self._encoder().encode([target.text]), self.text_dim, "The encoder's row")[0]
-        return vector, [n for n in self.objects if is_background(target.thing) or not n.background]
+    def _ask(self, query: str | Array) -> tuple[Array, Array]:
+        """(d,) float64 unit query, and (N,) bool: the nodes that it ranks."""
+        if isinstance(query, str):
+            vector = unit_rows(self._encoder().encode([target_phrase(query).text]), self.text_dim, "The encoder's row")
+        else:
+            vector = unit_rows([_vector(query)], self.text_dim, "The query vector")
+        return vector[0], self._asked(query)
+
+    def _asked(self, query: str | Array) -> Array:
+        """(N,) bool: all for a vector, the foreground for a sentence that does not name background."""
+        if not isinstance(query, str) or is_background(target_phrase(query).thing):
+            return np.ones(len(self.table), bool)
+        return ~self.table.background
 
     def _class_table(self, classes: Sequence[str] | Array) -> Array:
         """(C, d) float64 unit rows."""

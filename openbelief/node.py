@@ -2,42 +2,89 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
 from openbelief.arrays import Array, read_only
-from openbelief.belief import Concept, Trust, concepts, consensus, phrase_support, trust, visual_feature
+from openbelief.belief import Concept, Trust
+from openbelief.node_columns import unique_rows
+from openbelief.node_table import NodeTable
 from openbelief.observation import Observation
-from openbelief.parameters import Parameters
-from openbelief.phrase import is_background
-from openbelief.rooms import Room, room_at
+from openbelief.stored_observations import Members
 
 
 @dataclass(frozen=True, eq=False)
 class ObjectNode:
-    """B_i = (P_i, f_i^v, O_i, V_i, p_i, f_i^t, rho_i): one object and all the evidence for it.
+    """B_i = (P_i, f_i^v, O_i, V_i, p_i, f_i^t, rho_i): one object and all the evidence for it, a row of the table.
 
-    points: P_i, (n, 3) float32, map frame, metres: the observations' points, repeats once. feature: f_i^v, (d,)
-    float32. observations: in canonical order. concepts: V_i, p_i and g_i by falling support, () without language.
-    consensus: f_i^t, (d,) float32, None without language. trust: rho_i. aabb: (2, 3) float32, min and max.
-    centroid: (3,) float64, mean of the unique voxels' centres. heaviest_phrase: the one with most support, whichever
-    concept it belongs to; None without language. room: the one around the centroid, None where none is known.
+    Of a memory that was opened from a file, points and observations are read when they are asked for; that may raise
+    BeliefFileError.
     """
 
+    table: NodeTable = field(repr=False)
     id: int
-    points: Array = field(repr=False)
-    feature: Array = field(repr=False)
-    observations: tuple[Observation, ...] = field(repr=False)
-    concepts: tuple[Concept, ...] = field(repr=False)
-    consensus: Array | None = field(repr=False)
-    trust: Trust
-    aabb: Array
-    centroid: Array
-    heaviest_phrase: str | None = None
-    room: str | None = None
+
+    @cached_property
+    def points(self) -> Array:
+        """P_i, (n, 3) float32, map frame, metres: the observations' points, repeats once."""
+        return read_only(unique_rows(np.concatenate([o.points for o in self.observations])))
+
+    @cached_property
+    def observations(self) -> Sequence[Observation]:
+        """O_i and those without language, in canonical order; each read when it is asked for."""
+        order, start = self.table.members
+        return Members(self.table.evidence.observations, order[start[self.id] : start[self.id + 1]].tolist())
+
+    @property
+    def feature(self) -> Array:
+        """f_i^v, (d,) float32."""
+        return self.table.feature[self.id]
+
+    @property
+    def consensus(self) -> Array | None:
+        """f_i^t, (d,) float32, None without language."""
+        return self.table.consensus[self.id] if self.table.spoken[self.id] else None
+
+    @cached_property
+    def concepts(self) -> tuple[Concept, ...]:
+        """V_i, p_i and g_i by falling support, () without language."""
+        table = self.table
+        concepts = []
+        for k in range(table.concept_start[self.id], table.concept_start[self.id + 1]):
+            said = table.saying[table.saying_start[k] : table.saying_start[k + 1]]
+            phrases = tuple(table.phrases[row] for row in said)
+            numbers = float(table.support[k]), float(table.belief[k])
+            concepts.append(Concept(phrases[0], phrases, *numbers, table.concept_embedding[k]))
+        return tuple(concepts)
+
+    @property
+    def trust(self) -> Trust:
+        """rho_i."""
+        return "trusted" if self.table.trusted[self.id] else "degraded"
+
+    @property
+    def aabb(self) -> Array:
+        """(2, 3) float32, min and max of its points."""
+        return self.table.aabb[self.id]
+
+    @property
+    def centroid(self) -> Array:
+        """(3,) float64, mean of the unique voxels' centres."""
+        return self.table.centroid[self.id]
+
+    @property
+    def heaviest_phrase(self) -> str | None:
+        """The phrase with most support, whichever concept it belongs to; None without language."""
+        row = int(self.table.heaviest[self.id])
+        return None if row < 0 else self.table.phrases[row]
+
+    @property
+    def room(self) -> str | None:
+        """The one around the centroid, None where none is known."""
+        return self.table.rooms[self.id]
 
     @property
     def label(self) -> str | None:
@@ -47,59 +94,28 @@ class ObjectNode:
     @property
     def background(self) -> bool:
         """True for what a robot is not sent to, by its heaviest phrase: a wall, the floor."""
-        return self.heaviest_phrase is not None and is_background(self.heaviest_phrase)
+        return bool(self.table.background[self.id])
 
     @property
     def frames(self) -> int:
         """In how many distinct frames it was seen."""
-        return len({(o.recording, o.frame) for o in self.observations})
+        return int(self.table.frames[self.id])
+
+    @cached_property
+    def keys(self) -> tuple[tuple[str, int, int], ...]:
+        """(recording, frame, mask) of its observations; reads none of them."""
+        order, start = self.table.members
+        keys = self.table.evidence.keys
+        return tuple(keys[i] for i in order[start[self.id] : start[self.id + 1]])
 
     @cached_property
     def embeddings(self) -> Array:
         """(K, d) float64 g_ik."""
-        return read_only(np.array([c.embedding for c in self.concepts], dtype=np.float64))
+        begin, end = self.table.concept_start[self.id : self.id + 2]
+        return read_only(self.table.concept_embedding[begin:end].astype(np.float64))
 
     @cached_property
     def belief(self) -> Array:
         """(K,) float64 p_ik."""
-        return read_only(np.array([c.belief for c in self.concepts], dtype=np.float64))
-
-
-def make_node(
-    object_id: int,
-    members: list[Observation],
-    embeddings: Mapping[str, Array],
-    threshold: float,
-    parameters: Parameters,
-    rooms: Sequence[Room] = (),
-) -> ObjectNode:
-    """B_i of its observations, in canonical order; `embeddings` holds every comparable phrase."""
-    points = unique_rows(np.concatenate([o.points for o in members]))
-    hypotheses = concepts(members, embeddings, threshold, parameters)
-    belief = np.array([c.belief for c in hypotheses])
-    rows = np.array([c.embedding for c in hypotheses], dtype=np.float64)
-    support, centroid = phrase_support(members, parameters), _centroid(points, parameters.voxel_m)
-    return ObjectNode(
-        id=object_id,
-        points=read_only(points),
-        feature=visual_feature(members, parameters),
-        observations=tuple(members),
-        concepts=hypotheses,
-        consensus=read_only(consensus(belief, rows).astype(np.float32)) if hypotheses else None,
-        trust=trust(members, parameters),
-        aabb=read_only(np.array([points.min(axis=0), points.max(axis=0)])),
-        centroid=read_only(centroid),
-        heaviest_phrase=max(support, key=support.__getitem__, default=None),
-        room=room_at(centroid, rooms),
-    )
-
-
-def unique_rows(rows: Array) -> Array:
-    """The distinct rows of (n, 3), in lexicographic order; five times as fast as np.unique over an axis."""
-    ordered = rows[np.lexsort(rows.T[::-1])]
-    return ordered[np.append(True, (ordered[1:] != ordered[:-1]).any(axis=1))]
-
-
-def _centroid(points: Array, voxel_m: float) -> Array:
-    """(3,) float64: the mean of the occupied voxels' centres, each once, so dense views do not pull it."""
-    return ((unique_rows(np.floor(points.astype(np.float64) / voxel_m)) + 0.5) * voxel_m).mean(axis=0)
+        begin, end = self.table.concept_start[self.id : self.id + 2]
+        return read_only(self.table.belief[begin:end].copy())

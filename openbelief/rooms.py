@@ -58,6 +58,15 @@ def room_at(point: Array, rooms: Iterable[Room]) -> str | None:
     return next((room.name for room in rooms if room.contains(point)), None)
 
 
+def rooms_at(points: Array, rooms: Sequence[Room]) -> tuple[str | None, ...]:
+    """`room_at` of (n, 3) points at once."""
+    at = np.full(len(points), -1)
+    for number, room in reversed(list(enumerate(rooms))):
+        low, high = room.heights_m or (-np.inf, np.inf)
+        at[(low <= points[:, 2]) & (points[:, 2] < high) & inside(points[:, :2], room.polygon_xy)] = number
+    return tuple(None if number < 0 else rooms[number].name for number in at.tolist())
+
+
 def rooms_of(entries: Any) -> tuple[Room, ...]:
     """Rooms of a JSON value, `[{"name": "kitchen", "polygon": [[x, y], ...]}, ...]`. Raises ValueError in one line.
 

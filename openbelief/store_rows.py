@@ -1,15 +1,17 @@
-"""The rows of a .belief file: its schema, an observation as a row and back, and the seal over all of them."""
+"""The rows of a .belief file: its schema, an observation as a row and back, and the seals over them."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import sqlite3
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
 from openbelief.arrays import Array
+from openbelief.columns import MANIFEST
 from openbelief.observation import Observation, Provenance, Rle
 
 SCHEMA = """
@@ -19,10 +21,10 @@ CREATE TABLE frames (recording TEXT NOT NULL, stamp_ns INTEGER NOT NULL, skipped
 CREATE TABLE observations (
     id INTEGER PRIMARY KEY, recording TEXT NOT NULL, frame INTEGER NOT NULL, mask INTEGER NOT NULL,
     phrase TEXT, confidence REAL NOT NULL, points BLOB NOT NULL, feature BLOB NOT NULL,
-    stamp_ns INTEGER, bbox TEXT, rle_size TEXT, rle_counts BLOB, crop_jpeg BLOB, object INTEGER);
-CREATE TABLE phrases (phrase TEXT PRIMARY KEY, embedding BLOB NOT NULL);
+    stamp_ns INTEGER, bbox TEXT, rle_size TEXT, rle_counts BLOB, crop_jpeg BLOB);
 """
 COLUMNS = "recording, frame, mask, phrase, confidence, points, feature, stamp_ns, bbox, rle_size, rle_counts, crop_jpeg"
+FRAMES = "SELECT recording, stamp_ns, skipped FROM frames NOT INDEXED ORDER BY recording, stamp_ns"
 
 
 def to_row(o: Observation) -> tuple[Any, ...]:
@@ -42,9 +44,19 @@ def from_row(row: tuple[Any, ...]) -> Observation:
     recording, frame, mask, phrase, confidence, points, feature, stamp_ns, bbox, size, counts, crop = row
     source = None
     if stamp_ns is not None:
-        rle: Rle = {"size": json.loads(size), "counts": np.frombuffer(counts, dtype="<u4").tolist()}
-        source = Provenance(recording, stamp_ns, tuple(json.loads(bbox)), rle, crop)
+        x0, y0, x1, y1 = _whole_numbers(bbox, 4)
+        rle: Rle = {"size": _whole_numbers(size, 2), "counts": np.frombuffer(counts, dtype="<u4").tolist()}
+        if type(stamp_ns) is not int or type(recording) is not str or not isinstance(crop, bytes | None):
+            raise ValueError("an observation's source is none")
+        source = Provenance(recording, stamp_ns, (x0, y0, x1, y1), rle, crop)
     return Observation(frame, mask, phrase, confidence, floats(points).reshape(-1, 3), floats(feature), source)
+
+
+def _whole_numbers(text: str, count: int) -> list[int]:
+    numbers = json.loads(text)
+    if not isinstance(numbers, list) or len(numbers) != count or not all(type(n) is int for n in numbers):
+        raise ValueError(f"{count} whole numbers are needed, not {text!r:.60}")
+    return numbers
 
 
 def blob(array: Array) -> bytes:
@@ -57,11 +69,27 @@ def floats(data: bytes) -> Array:
     return np.frombuffer(data, dtype="<f4")
 
 
-def seal(db: sqlite3.Connection) -> str:
-    """Hex sha256 over every row of every table but the seal itself, so that a flipped bit is noticed.
+def row_digest(row: Iterable[Any]) -> bytes:
+    """32 bytes over a row's values and their kinds."""
+    sha = hashlib.sha256()
+    _hash_row(sha, row)
+    return sha.digest()
 
-    An index holds copies of the keys and answers in their stead: NOT INDEXED takes what `read` reads, the rows.
+
+def seal(db: sqlite3.Connection) -> str:
+    """Hex sha256 over every row of `meta` but the seal itself, every frame, and the digest of every column.
+
+    One of the columns holds the digest of every observation's row, so that what is not read need not be hashed. An
+    index holds copies of the keys and answers in their stead: NOT INDEXED takes what is read, the rows.
     """
+    meta = db.execute("SELECT key, value FROM meta NOT INDEXED WHERE key != 'seal' ORDER BY key").fetchall()
+    manifest = [(name, part, shape, digest.hex()) for name, part, shape, digest in db.execute(MANIFEST)]
+    said = json.dumps([meta, db.execute(FRAMES).fetchall(), manifest])
+    return hashlib.sha256(b"openbelief.seal/2\n" + said.encode()).hexdigest()
+
+
+def first_seal(db: sqlite3.Connection) -> str:
+    """The seal of format 1: hex sha256 over every row of every table but the seal itself."""
     sha = hashlib.sha256()
     for query in (
         "SELECT * FROM meta NOT INDEXED WHERE key != 'seal' ORDER BY key",
@@ -70,7 +98,11 @@ def seal(db: sqlite3.Connection) -> str:
         "SELECT * FROM phrases NOT INDEXED ORDER BY phrase",
     ):
         for row in db.execute(query):
-            for value in row:
-                data = value if isinstance(value, bytes) else repr(value).encode()
-                sha.update(f"{type(value).__name__} {len(data)} ".encode() + data)
+            _hash_row(sha, row)
     return sha.hexdigest()
+
+
+def _hash_row(sha: Any, row: Iterable[Any]) -> None:
+    for value in row:
+        data = value if isinstance(value, bytes) else repr(value).encode()
+        sha.update(f"{type(value).__name__} {len(data)} ".encode() + data)

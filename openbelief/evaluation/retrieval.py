@@ -15,7 +15,7 @@ import numpy as np
 
 from openbelief.evaluation.truth import ABSENT, TrueQuery, Truth
 from openbelief.memory import Candidate, ObjectMemory
-from openbelief.retrieval import best_first, check_readout, language_score
+from openbelief.retrieval import best_first, check_readout, exact, language_scores
 from openbelief.target_phrase import target_phrase
 
 BOX_MARGIN_M = 0.25
@@ -142,8 +142,9 @@ def _language_alone(memory: ObjectMemory, query: str, readout: str) -> list[Cand
     if not ranking or memory.text_encoder is None:
         return []
     [vector] = memory.text_encoder.encode([target_phrase(query).text])
-    bare = [(c, language_score(memory.objects[c.object_id], vector.astype(np.float64), head)) for c in ranking]
-    return best_first([replace(c, score=h, language=h) for c, h in bare if h is not None], frozenset())
+    objects = np.array([c.object_id for c in ranking])
+    bare = language_scores(memory.table, objects, head, exact(vector.astype(np.float64))).tolist()
+    return best_first([replace(c, score=h, language=h) for c, h in zip(ranking, bare, strict=True) if h == h])
 
 
 def _origins(observations: Sequence[Any], truth: Truth) -> Counter[int]:

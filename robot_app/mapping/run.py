@@ -9,10 +9,11 @@ from pathlib import Path
 
 from logs.frames.reader import RecordingError
 from logs.mcap_io.reader import LogError, LogReader
+from openbelief.belief_file import BeliefFile
 from openbelief.mapping import map_frames
 from openbelief.perception.ports import PerceptionFailed, TextEncoder
 from openbelief.perception.recorded import RecordedPerceptionError
-from openbelief.store import BeliefFileError, read_surroundings
+from openbelief.store import BeliefFileError
 from robot_app.cli import Failure
 from robot_app.mapping.job import MapJob, MapResult, Progress
 from robot_app.mapping.sources import Source, plan
@@ -43,7 +44,7 @@ def run_map(job: MapJob, text_encoder: TextEncoder, progress: Progress) -> MapRe
     except (LogError, RecordingError, RecordedPerceptionError, BeliefFileError) as error:
         raise Failure(str(error)) from error
     job.partial.replace(job.out)
-    return replace(result, memory=result.memory.with_surroundings(read_surroundings(job.out)))
+    return replace(result, memory=result.memory.with_surroundings(BeliefFile(job.out).surroundings()))
 
 
 def _map(job: MapJob, text_encoder: TextEncoder, progress: Progress, opened: ExitStack) -> MapResult:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
 
+from openbelief.arrays import Array
 from openbelief.evidence import Evidence
 from openbelief.observation import Observation
 from openbelief.store import BeliefStore
@@ -49,7 +50,7 @@ class WatchedStore(BeliefStore):
         self._steps.begin("build")
         return super().observations()
 
-    def finish(self, evidence: Evidence) -> None:
+    def finish(self, evidence: Evidence, columns: Mapping[str, Array]) -> None:
         self._steps.begin("seal")
-        super().finish(evidence)
+        super().finish(evidence, columns)
         self._steps.begin(None)

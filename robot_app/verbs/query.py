@@ -37,7 +37,7 @@ def run(options: argparse.Namespace) -> None:
     except ValueError as error:
         raise Failure(str(error)) from error
     memory = open_with_encoder(options.memory)
-    ranked = memory.rank(options.sentence, options.readout)
+    ranked = memory.rank(options.sentence, options.readout, limit=options.limit + 1)  # one more for the margin
     candidates = ranked[: options.limit]
     report = {
         "query": options.sentence,

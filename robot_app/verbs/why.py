@@ -52,7 +52,7 @@ def explain(memory: ObjectMemory, node: ObjectNode) -> dict[str, Any]:
         "centroid": node.centroid.tolist(),
         "aabb": node.aabb.tolist(),
         "room": node.room,
-        "extent_alarm": next((a.because for a in memory.extent_alarms() if a.label == node.id), None),
+        "extent_alarm": next((a.because for a in memory.extent_alarms([node])), None),
         "concepts": [
             {"label": c.label, "phrases": list(c.phrases), "support": c.support, "belief": c.belief}
             for c in node.concepts

@@ -36,6 +36,10 @@ def create(tmp_path):
     return make
 
 
+def finish(store, memory):
+    store.finish(memory.evidence, memory.table.columns)
+
+
 def add_all(store, flat):
     for frame in range(4):
         store.add_frame("walk", 1000 + frame, [o for o in flat if o.frame == frame])
@@ -126,10 +130,13 @@ def test_a_flipped_bit_is_refused_or_changes_nothing(path, memory, seed):
     path.write_bytes(data)
     try:
         opened = ObjectMemory.open(path)
+        read = [(o.key, o.phrase, o.points.tobytes(), o.provenance) for o in opened.observations]
+        ranked = opened.rank(np.ones(16), "belief")
     except BeliefFileError as error:
         assert "\n" not in str(error) and str(path) in str(error)
     else:
-        assert opened.content_hash == memory.content_hash and opened.rank(np.ones(16)) == memory.rank(np.ones(16))
+        assert opened.content_hash == memory.content_hash and ranked == memory.rank(np.ones(16), "belief")
+        assert read == [(o.key, o.phrase, o.points.tobytes(), o.provenance) for o in memory.observations]
 
 
 @pytest.mark.parametrize("key", ["text_dim", "feature_text_aligned", "chair"])
@@ -191,8 +198,10 @@ def test_a_changed_phrase_is_noticed(path):
     with sqlite3.connect(path) as db:
         db.execute("UPDATE observations SET phrase = 'safe' WHERE id = 1")
     db.close()
-    with pytest.raises(BeliefFileError, match="damaged"):
-        ObjectMemory.open(path)
+    opened = ObjectMemory.open(path)
+    opened.rank(np.ones(16))
+    with pytest.raises(BeliefFileError, match=r"damaged .mask 0 of frame 0 of 'walk' is not what was written"):
+        list(opened.objects[0].observations)
 
 
 def test_mapping_through_the_store_gives_the_same_memory(create, flat, memory, tiny_encoder):
@@ -203,7 +212,7 @@ def test_mapping_through_the_store_gives_the_same_memory(create, flat, memory, t
         built = ObjectMemory.build(
             store.observations(), tiny_encoder, store.parameters, frames=store.frames(), about=store.about
         )
-        store.finish(built.evidence)
+        finish(store, built)
         opened = ObjectMemory.open(store.path)
     assert opened.content_hash == memory.content_hash == built.content_hash
     assert opened.frames[-1].skipped == "no transform" and opened.about == {"walk": 1}
@@ -217,7 +226,7 @@ def test_an_unfinished_mapping_is_no_memory_and_can_be_resumed(create, flat, tin
         ObjectMemory.open(path)
     with BeliefStore.resume(path) as store:
         assert store.frames_done("walk") == {1000, 1001, 1002, 1003} and store.about == {"walk": 1}
-        store.finish(ObjectMemory.build(store.observations(), tiny_encoder).evidence)
+        finish(store, ObjectMemory.build(store.observations(), tiny_encoder))
     assert ObjectMemory.open(path).objects == ()
 
 
@@ -227,7 +236,7 @@ def test_a_finished_file_can_hold_more_and_must_be_finished_again(path, observe,
     with pytest.raises(BeliefFileError, match="unfinished"):
         ObjectMemory.open(path)
     with BeliefStore.resume(path) as store:
-        store.finish(ObjectMemory.build(store.observations(), tiny_encoder).evidence)
+        finish(store, ObjectMemory.build(store.observations(), tiny_encoder))
     assert len(ObjectMemory.open(path).objects) == 5
 
 
@@ -245,7 +254,7 @@ def test_a_memory_of_other_evidence_is_not_written(create, flat, memory):
     with create() as store:
         store.add_frame("walk", 1000, flat[:4])
         with pytest.raises(ValueError, match="not built from the evidence"):
-            store.finish(memory.evidence)
+            store.finish(memory.evidence, memory.table.columns)
 
 
 def test_two_mappers_do_not_write_one_file(create, flat):

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from openbelief import ObjectMemory, Parameters
+from openbelief.belief_file import BeliefFile
 from openbelief.observation import Intrinsics, RgbdFrame
-from openbelief.store import BeliefFileError, BeliefStore, read_surroundings
+from openbelief.store import BeliefFileError, BeliefStore
 from openbelief.surroundings import StoreyMap, is_keyframe, view_of
 from openbelief.traversability import OccupancyGrid
 
@@ -34,7 +35,7 @@ def site(tmp_path, flat, tiny_encoder):
             store.add_frame("walk", 1000 + k, taken, view=view)
         store.add_map(StoreyMap("walk", OccupancyGrid(np.zeros((3, 5), np.int8), 0.05, (-1.0, 2.0), 7), 0.2))
         memory = ObjectMemory.build(store.observations(), tiny_encoder, surroundings=store.surroundings())
-        store.finish(memory.evidence)
+        store.finish(memory.evidence, memory.table.columns)
     return path
 
 
@@ -99,17 +100,17 @@ def test_a_file_from_before_opens_and_has_no_surroundings(site):
 
 
 @pytest.mark.parametrize("change", ["UPDATE views SET stamp_ns = stamp_ns + 9", "UPDATE maps SET x = 5.0"])
-def test_changed_rows_are_noticed_when_the_file_is_opened(site, change):
+def test_changed_rows_are_noticed_when_they_are_read(site, change):
     with sqlite3.connect(site) as db:
         db.execute(change)
     with pytest.raises(BeliefFileError, match="do not match their seal"):
-        ObjectMemory.open(site)
+        _ = ObjectMemory.open(site).surroundings
 
 
 def test_a_changed_picture_is_noticed_when_it_is_read(site):
     with sqlite3.connect(site) as db:
         db.execute("UPDATE view_images SET picture = ? WHERE stamp_ns = 1000", (b"\xff\xd8other",))
-    around = read_surroundings(site)
+    around = BeliefFile(site).surroundings()
     around.picture(around.views[1])
     with pytest.raises(BeliefFileError, match="not what was written"):
         around.picture(around.views[0])
@@ -143,7 +144,7 @@ def test_an_unfinished_file_of_before_goes_on_with_keyframes(tmp_path, flat, tin
 
 
 def test_mapping_again_gives_the_same_bytes(site):
-    around = read_surroundings(site)
+    around = BeliefFile(site).surroundings()
     bytes_of = [around.images(view.key).depth_png + around.images(view.key).picture_jpeg for view in around.views]
     again = [view_of(frame(k, 1000 + k, x=float(k)))[1] for k in range(2)]
     assert [hashlib.sha256(b).hexdigest() for b in bytes_of] == [
