@@ -204,6 +204,18 @@ class PerceptionSection(Section):
     profile: str = "scripted"
 
 
+class VoiceSection(Section):
+    """recogniser: "moonshine" or "sherpa:KIND:FOLDER", in `language`. microphone: part of its name, "": the usual one.
+
+    speak: "auto" speaks where somebody commands by voice and espeak-ng is installed; "off" never.
+    """
+
+    recogniser: Line = "moonshine"
+    language: Annotated[str, Field(pattern=r"^[a-z]{2,3}(-[A-Za-z0-9]{2,8})*$")] = "en"
+    microphone: Line = ""
+    speak: Literal["auto", "off"] = "auto"
+
+
 class RecordingSection(Section):
     """`openbelief record`: who and where, when a new file begins, and how much room the disk keeps. "": unknown."""
 
@@ -232,6 +244,7 @@ class Config(Section):
     livox: LivoxSection = LivoxSection()
     onboard: OnboardSection = OnboardSection()
     perception: PerceptionSection = PerceptionSection()
+    voice: VoiceSection = VoiceSection()
     mission: MissionPolicy = MissionPolicy()
     safety: SafetyPolicy = SafetyPolicy()
     parameters: dict[str, Any] = Field(default_factory=dict)  # CORRECTION's, where unlike the memory's
@@ -305,9 +318,16 @@ def _resolve_paths(config: Config, base: Path) -> Config:
             "zenoh": config.zenoh.model_copy(
                 update={name: resolved(getattr(config.zenoh, name)) for name in ("ca", "certificate", "key")}
             ),
+            "voice": config.voice.model_copy(update={"recogniser": _resolve_model(config.voice.recogniser, base)}),
             "replay": config.replay.model_copy(update={"recording": resolved(config.replay.recording)}),
         }
     )
+
+
+def _resolve_model(recogniser: str, base: Path) -> str:
+    """ "sherpa:KIND:FOLDER" with its folder relative to the file."""
+    *kind, folder = recogniser.split(":", 2)
+    return ":".join([*kind, str(base / folder)]) if len(kind) == 2 else recogniser
 
 
 def dump_config(config: Config) -> str:

@@ -142,6 +142,25 @@ class Feedback(Note):
     recoveries: int
 
 
+class Spoken(Note):
+    """What the operator said aloud. asked: what went on from it, after their correction; "" where it was only heard.
+
+    confidence: 0 to 1, None where the recogniser tells none. suggestions: phrases of the memory that were offered.
+    took_s: recognising. audio: the attachment that holds the sound, audio/wav.
+    """
+
+    topic: ClassVar[str] = "/trial/spoken"
+    transcript: str
+    asked: str
+    confidence: float | None
+    recogniser: str
+    language: str
+    suggestions: tuple[str, ...]
+    took_s: float
+    audio_s: float
+    audio: str
+
+
 class Told(Note):
     """A sentence shown to the operator."""
 

@@ -19,8 +19,8 @@ from drivers.ros.messages import Message, WireError, decode, encode, header, mak
 from logs.mcap_io.reader import LogError, LogMessage, LogReader
 from logs.record.recorder import McapRecorder
 from logs.structured import logger
-from logs.trial.journal import Attached, Entry
-from logs.trial.records import RECORDS, Cloud, Ended, Frame, MapUsed, Query, Record, Transition
+from logs.trial.journal import Attached, Entry, Sound
+from logs.trial.records import RECORDS, Cloud, Ended, Frame, MapUsed, Query, Record, Spoken, Transition
 from logs.versions import commit, versions
 from openbelief.arrays import Array
 from openbelief.traversability import OccupancyGrid
@@ -98,6 +98,8 @@ class TrialWriter:
             self._recorder.write_cdr(POINTS, CLOUD, attached.stamp_ns, encode(cloud_message(attached)))
         elif isinstance(attached, OccupancyGrid) and isinstance(record, MapUsed):
             self._grid(record.sha256, attached)
+        elif isinstance(attached, Sound) and isinstance(record, Spoken):
+            self._recorder.attach(record.audio, "audio/wav", attached.wav)
         self._recorder.write_json(record.topic, record, self._clock.now_ns())
         if record.role == "decision":
             self._recorder.flush()
@@ -205,7 +207,7 @@ class TrialReader:
                 if message.topic in (COLOR, DEPTH, GRID, HEIGHTS, POINTS):
                     pictures[message.topic] = decode(message.payload, message.type_name)
                 elif message.topic in RECORDS:
-                    yield _entry(message, pictures, grids)
+                    yield _entry(message, pictures, grids, self._attachments)
             except (ValidationError, WireError, KeyError, ValueError) as error:
                 if isinstance(error, LogError):
                     raise
@@ -213,7 +215,12 @@ class TrialReader:
                 raise TrialError(f"{self.path}: a record on {message.topic} cannot be read: {first}") from error
 
 
-def _entry(message: LogMessage, pictures: dict[str, Message], grids: dict[str, OccupancyGrid]) -> Entry:
+def _entry(
+    message: LogMessage,
+    pictures: dict[str, Message],
+    grids: dict[str, OccupancyGrid],
+    attachments: Mapping[str, bytes],
+) -> Entry:
     record = RECORDS[message.topic].model_validate_json(message.payload)
     if isinstance(record, Frame):
         color, depth = pictures.pop(COLOR), pictures.pop(DEPTH)
@@ -226,6 +233,8 @@ def _entry(message: LogMessage, pictures: dict[str, Message], grids: dict[str, O
         if record.sha256 not in grids:
             grids[record.sha256] = _grid_of(record, pictures)
         return Entry(record, grids[record.sha256])
+    if isinstance(record, Spoken):
+        return Entry(record, Sound(attachments[record.audio]))
     return Entry(record)
 
 

@@ -9,12 +9,20 @@ from drivers.ports import CameraFrame, LidarCloud
 from logs.trial.records import Record
 from openbelief.traversability import OccupancyGrid
 
-Attached: TypeAlias = CameraFrame | LidarCloud | OccupancyGrid | None
+
+@dataclass(frozen=True)
+class Sound:
+    """What was said, as a WAV file."""
+
+    wav: bytes
+
+
+Attached: TypeAlias = CameraFrame | LidarCloud | OccupancyGrid | Sound | None
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A record, with the images, points or grid that it is about."""
+    """A record, with the images, points, grid or sound that it is about."""
 
     record: Record
     attached: Attached = None

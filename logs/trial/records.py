@@ -17,6 +17,7 @@ from logs.trial.decisions import (
     Goal,
     Ranking,
     Scored,
+    Spoken,
     Told,
     Transition,
 )
@@ -76,6 +77,7 @@ __all__ = [
     "Scored",
     "Segment",
     "Segments",
+    "Spoken",
     "Stop",
     "Supervised",
     "Told",

@@ -89,10 +89,24 @@ def check_certificates(config: Config, now_ns: int) -> Iterator[Finding]:
         yield Finding(f"certificate {path.name}", level, f"valid until {end:%Y-%m-%d}", remedy)
 
 
+def check_voice(config: Config, _now_ns: int) -> Iterator[Finding]:
+    """The recogniser that [voice] names can be opened; without the extra everything but voice works."""
+    from robot_app.voice.recogniser import HOW_TO_ADD, open_recogniser
+
+    try:
+        recogniser = open_recogniser(config.voice.recogniser, config.voice.language)
+    except Failure as error:
+        missing = str(error) == HOW_TO_ADD
+        yield Finding("voice", Level.OK if missing else Level.FAIL, str(error), "" if missing else "mend [voice]")
+        return
+    yield Finding("voice", Level.OK, f"{recogniser.id} ({recogniser.language})")
+
+
 SITE_CHECKS: tuple[Callable[[Config, int], Iterator[Finding]], ...] = (
     check_disk,
     check_memory,
     check_models,
     check_gpu,
     check_certificates,
+    check_voice,
 )

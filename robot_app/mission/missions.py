@@ -13,7 +13,7 @@ from behaviors.events import USE_THE_REMOTE, Outcome
 from drivers.clock import SystemClock
 from drivers.ports import Clock, Operator, StopRequest
 from logs.structured import configure
-from logs.trial.journal import Journal
+from logs.trial.journal import Entry, Journal
 from openbelief.memory import ObjectMemory
 from robot_app.app import Robot, mission_perception, mission_text_encoder, open_robot
 from robot_app.config import Config, ConfigError, dump_config
@@ -46,6 +46,7 @@ class Missions:
         watch: Watch,
     ) -> None:
         self._config, self._robot, self._memory, self._memory_path = config, robot, memory, memory_path
+        self._trial: Journal | None = None
         self._parameters = config.mission_parameters(memory.parameters)
         self.watch = watch
         perception = mission_perception(config, mission_text_encoder(config))
@@ -59,33 +60,52 @@ class Missions:
         who: str = "",
         how: str = "",
         watching: Sequence[Journal] = (),
+        notes: Sequence[Entry] = (),
     ) -> RecordedMission:
         """Run one mission to its end. Raises ValueError where the sentence names nothing.
 
         who, how: who asks, and by which client. watching: see everything as it is written.
+        notes: of how it was asked, for the trial.
         """
         self.watch.heartbeat.resume()
         trial_id = f"{self._robot.clock.now_ns()}"
         path = trial or _unused(self._config.trials / f"trial_{trial_id}.mcap")
         path.parent.mkdir(parents=True, exist_ok=True)
-        outcome, failure = run_recorded(
-            path,
-            sentence,
-            ports=self.ports,
-            memory=self._memory,
-            memory_path=self._memory_path,
-            parameters=self._parameters,
-            policy=self._config.mission,
-            trial_id=trial_id,
-            query_id=f"{trial_id}-1",
-            configuration=dump_config(self._config),
-            who=who,
-            how=how,
-            watching=watching,
-        )
+        try:
+            outcome, failure = run_recorded(
+                path,
+                sentence,
+                ports=self.ports,
+                memory=self._memory,
+                memory_path=self._memory_path,
+                parameters=self._parameters,
+                policy=self._config.mission,
+                trial_id=trial_id,
+                query_id=f"{trial_id}-1",
+                configuration=dump_config(self._config),
+                who=who,
+                how=how,
+                watching=watching,
+                notes=notes,
+                opened=self._opened,
+            )
+        finally:
+            self._trial = None
         if USE_THE_REMOTE in outcome.reason.lower():
             self.watch.heartbeat.abandon()  # our cancel went unanswered: the watchdog on the robot cancels there
         return RecordedMission(outcome, path, failure)
+
+    @property
+    def memory(self) -> ObjectMemory:
+        return self._memory
+
+    def note(self, note: Entry) -> None:
+        """Keep it in the trial of the mission under way, from any thread; between missions there is none to keep it."""
+        if (trial := self._trial) is not None:
+            trial.write(note.record, note.attached)
+
+    def _opened(self, trial: Journal) -> None:
+        self._trial = trial
 
 
 def _unused(path: Path) -> Path:

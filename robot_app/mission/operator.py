@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from drivers.ports import Approval, Question, Reply, StopRequest
+from logs.trial.journal import Entry
 from robot_app.mission.lease import Lease, Leases, Refused
 from robot_app.mission.open_question import OpenQuestion
 from robot_app.mission.sentences import Sentence, Sentences
@@ -162,14 +163,17 @@ class Operator:
 
     # ---- clients: commands
 
-    def ask(self, lease: Lease | None, text: str) -> Sentence:
-        """Ask for a thing; its mission comes when those before it have ended. Raises Refused."""
+    def ask(self, lease: Lease | None, text: str, notes: tuple[Entry, ...] = ()) -> Sentence:
+        """Ask for a thing; its mission comes when those before it have ended. Raises Refused.
+
+        notes: for its trial.
+        """
         with self._changed:
             held = self._leases.require(lease)
             if len(text) > SENTENCE_MAX or len(self._sentences.waiting) >= QUEUE_MAX:
                 raise Refused(f"Too much: {QUEUE_MAX} sentences of {SENTENCE_MAX} characters may wait.")
             self._said += 1
-            sentence = Sentence(text, held.who, held.how, self._said)
+            sentence = Sentence(text, held.who, held.how, self._said, notes)
             self._sentences.put(sentence)
             self._changed.notify_all()
         self._tell(Change.QUEUE)

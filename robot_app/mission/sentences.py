@@ -5,15 +5,21 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass
 
+from logs.trial.journal import Entry
+
 
 @dataclass(frozen=True, slots=True)
 class Sentence:
-    """What somebody asked for. order: its place among all that was said, STOPs included."""
+    """What somebody asked for. order: its place among all that was said, STOPs included.
+
+    notes: what the trial keeps of how it was asked, the sound of it perhaps.
+    """
 
     text: str
     who: str
     how: str
     order: int
+    notes: tuple[Entry, ...] = ()
 
 
 class Sentences:

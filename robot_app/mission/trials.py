@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,7 +17,7 @@ from logs.mcap_io.reader import LogError
 from logs.structured import trial_context
 from logs.trial.compare import BY_PERCEPTION, EXACTLY, Difference, compare_decisions
 from logs.trial.file import MEMORY_MAX_BYTES, NoTrial, TrialError, TrialHeader, TrialReader, TrialWriter
-from logs.trial.journal import Journal, ListJournal, Tee
+from logs.trial.journal import Entry, Journal, ListJournal, Tee
 from logs.trial.perception_comparison import PerceptionComparison
 from logs.trial.records import Checks, Chosen, Exclusion, Record
 from logs.trial.replay_ports import replay_ports
@@ -71,10 +71,13 @@ def run_recorded(
     who: str = "",
     how: str = "",
     watching: Sequence[Journal] = (),
+    notes: Sequence[Entry] = (),
+    opened: Callable[[Journal], None] | None = None,
 ) -> tuple[Outcome, str | None]:
     """One mission, recorded to `path`: its outcome, and why the recording failed (None where it did not).
 
     who, how: who asked, by which client. watching: journals that see what the file does, as it is written.
+    notes: of before the mission, for the trial: how it was asked. opened: is given the trial, for more of them.
     Raises ValueError where the sentence names nothing; no file is begun then.
     """
     target_phrase(sentence)
@@ -90,6 +93,10 @@ def run_recorded(
         TrialWriter(path, ports.clock, about=about, memory_path=memory_path, configuration=configuration) as journal,
     ):
         seen = Tee((journal, *watching))
+        if opened is not None:
+            opened(journal)
+        for note in notes:
+            seen.write(note.record, note.attached)
         outcome = Mission(ports, memory, parameters, policy, seen).run(sentence, who=who, how=how)
     return outcome, journal.failure
 

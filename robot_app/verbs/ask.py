@@ -1,7 +1,8 @@
 """One mission, from the terminal: ask for a thing, approve the drive, watch what the robot finds.
 
 The robot, its memory and its perception come from --config. Motion needs your yes unless the configuration says
-otherwise; type stop (or press Ctrl-C) at any time. Exit status 0: CONFIRMED. 1: any other end, which is named.
+otherwise; type stop (or press Ctrl-C) at any time. With --audio a recording asks: what was heard is shown, and at a
+terminal you may type what you meant before it is asked. Exit status 0: CONFIRMED. 1: any other end, which is named.
 """
 
 from __future__ import annotations
@@ -9,14 +10,22 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from robot_app.cli import Failure, print_json
+from robot_app.cli import Failure, Usage, print_json
+
+if TYPE_CHECKING:
+    from robot_app.mission.missions import RecordedMission
+    from robot_app.mission.operator import Operator
+    from robot_app.voice.listener import Utterance
 
 EXAMPLE = 'openbelief ask "take me to the fire extinguisher" --config demo-out/robot.toml'
+CORRECT = "Press Enter to ask that, or type what you meant."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("sentence", help="what to look for, in plain words")
+    parser.add_argument("sentence", nargs="?", help="what to look for, in plain words")
+    parser.add_argument("--audio", type=Path, metavar="FILE.wav", help="a recording that asks, instead of a sentence")
     parser.add_argument(
         "--config", type=Path, default=Path("robot.toml"), metavar="robot.toml", help="default robot.toml"
     )
@@ -26,30 +35,77 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     from drivers.ports import PortError
-    from logs.structured import neutralise
     from openbelief.store import BeliefFileError
-    from robot_app.config import ConfigError, load_config
+    from robot_app.config import ConfigError
+
+    if (options.sentence is None) == (options.audio is None):
+        raise Usage("say what to look for, or name a recording with --audio: one of both")
+    try:
+        recorded, utterance = _mission(options)
+    except (ConfigError, PortError, BeliefFileError, OSError, ValueError) as error:
+        raise Failure(str(error)) from error
+    _report(options, recorded, utterance)
+    return 0 if recorded.outcome.end == "CONFIRMED" else 1
+
+
+def _mission(options: argparse.Namespace) -> tuple[RecordedMission, Utterance | None]:
+    from robot_app.config import load_config
     from robot_app.mission.missions import open_missions
     from robot_app.mission.operator import Operator
     from robot_app.mission.terminal import HOW, Terminal
     from robot_app.signals import signals_stop
+    from robot_app.voice import asking
 
-    try:
-        config = load_config(options.config)
-        operator = Operator(approve_all="approved with --yes" if options.yes else "")
-        with (
-            Terminal(operator, who=config.recording.operator) as terminal,
-            signals_stop(operator),
-            open_missions(config, operator) as missions,
-        ):
-            recorded = missions.ask(options.sentence, options.trial, who=terminal.who, how=HOW)
-    except (ConfigError, PortError, BeliefFileError, OSError, ValueError) as error:
-        raise Failure(str(error)) from error
+    config = load_config(options.config)
+    recording = asking.Recording.open(options.audio, config.voice) if options.audio else None
+    operator = Operator(approve_all="approved with --yes" if options.yes else "")
+    correction = _Correction(operator)
+    with (
+        Terminal(operator, who=config.recording.operator, where_empty=correction.accept) as terminal,
+        signals_stop(operator),
+        open_missions(config, operator) as missions,
+    ):
+        sentence, how, utterance = options.sentence, HOW, None
+        if recording is not None:
+            utterance, how = recording.understood(missions.memory), asking.HOW
+            asking.show(utterance, operator.tell)
+            may_correct = sys.stdin.isatty() and not options.yes
+            sentence = correction.corrected(utterance.transcript) if may_correct else utterance.transcript
+        notes = asking.notes_of(utterance, sentence)
+        return missions.ask(sentence, options.trial, who=terminal.who, how=how, notes=notes), utterance
+
+
+class _Correction:
+    """What was heard stands until somebody types something else; an empty line takes it."""
+
+    def __init__(self, operator: Operator) -> None:
+        self._operator, self._heard = operator, ""
+
+    def accept(self) -> None:
+        """An empty line: the heard sentence is asked; without one the input means nothing."""
+        if self._heard:
+            self._operator.ask(self._operator.lease, self._heard)
+
+    def corrected(self, heard: str) -> str:
+        """Raises Failure where the input ended instead."""
+        self._heard = heard
+        self._operator.tell(CORRECT)
+        sentence = self._operator.next_sentence()
+        self._heard = ""
+        if sentence is None:
+            raise Failure("nothing was asked: the input has ended")
+        return sentence.text
+
+
+def _report(options: argparse.Namespace, recorded: RecordedMission, utterance: Utterance | None) -> None:
+    from logs.structured import neutralise
+    from robot_app.voice.asking import utterance_json
+
     outcome = recorded.outcome
     if options.json:
-        print_json(recorded.as_json())
-    else:
-        if not (sys.stdout.isatty() and sys.stderr.isatty()):  # a person at a terminal has just been told
-            print(neutralise(f"{outcome.end}: {outcome.reason}"))
-        print(neutralise(f"trial: {recorded.failure or recorded.trial}"))
-    return 0 if outcome.end == "CONFIRMED" else 1
+        heard = {"heard": utterance_json(utterance)} if utterance else {}
+        print_json(recorded.as_json() | heard)
+        return
+    if not (sys.stdout.isatty() and sys.stderr.isatty()):  # a person at a terminal has just been told
+        print(neutralise(f"{outcome.end}: {outcome.reason}"))
+    print(neutralise(f"trial: {recorded.failure or recorded.trial}"))

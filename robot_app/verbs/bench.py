@@ -14,6 +14,7 @@ BENCHES = {
     "realsense": "the RealSense driver at 30 Hz: share of a core, age, images lost",
     "watchdog": "the workstation killed, stopped, cut off: seconds until the cancel reaches Nav2",
     "record": "recording RGB-D, lidar and IMU at full rate: messages lost, share of the cores, disk",
+    "voice": "listening: words wrong, seconds an utterance, stops heard and invented",
     "perception": "SAM 3 and CLIP: frames/s and memory of every stage, for each image size",
 }
 EXAMPLE = "openbelief bench livox --seconds 5"

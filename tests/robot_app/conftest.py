@@ -31,7 +31,9 @@ def small_site(demo_folder: Path, tmp_path: Path) -> Path:
 
 
 class Keyboard:
-    """A standard input: lines come when they are typed, as a terminal's do."""
+    """A standard input: lines come when they are typed, as a terminal's do. terminal: whether it says it is one."""
+
+    terminal = False
 
     def __init__(self) -> None:
         self._typed: queue.Queue[str | None] = queue.Queue()
@@ -39,6 +41,9 @@ class Keyboard:
     def type(self, *lines: str) -> None:
         for line in lines:
             self._typed.put(line + "\n")
+
+    def isatty(self) -> bool:
+        return self.terminal
 
     def end(self) -> None:
         self._typed.put(None)
