@@ -26,7 +26,8 @@ from openbelief.pose import Pose2
 POLL_S = 0.05  # 20 Hz: a STOP is acted on within 50 ms of the clock
 HOLD_S = 10.0  # a hold that lasts longer ends the mission
 HOLDS_MAX = 3  # of one drive: data that comes and goes is no data to drive by
-LOOKS_MAX = 80  # 4 s: a walking robot needs up to one to come to a stand, and half a second more to be seen standing
+LOOKS_MAX = 60  # 3 s: a walking robot needs up to one to come to a stand, and half a second more to be seen standing
+BRAKING_LOOKS = 20  # 1 s: one that still walks then, and is not near its goal, is not braking
 # Ends after which nothing of ours should move the robot: it is looked at, for a status or result may be wrong.
 SAID_TO_STAND = (NavigationStatus.SUCCEEDED, NavigationStatus.ABORTED)
 STOPPING = (Reaction.HOLD, Reaction.CANCEL)
@@ -113,7 +114,7 @@ def _interrupted(goal: Pose2, ports: Ports, policy: MissionPolicy, holds: int) -
 def _looked_at(end: NavigationResult, goal: Pose2, ports: Ports, policy: MissionPolicy, holds: int) -> Step:
     """The step of an end after which the robot should stand: looked at until it does, else halted and named."""
     still, trouble = Stillness(), "its pose stands still"
-    for _ in range(LOOKS_MAX):
+    for number in range(LOOKS_MAX):
         if step := _interrupted(goal, ports, policy, holds):
             return step
         try:
@@ -122,6 +123,8 @@ def _looked_at(end: NavigationResult, goal: Pose2, ports: Ports, policy: Mission
             trouble = str(error)
         if (stands := still.last) and still.stands:
             return _standing(end, stands, goal, ports, policy)
+        if stands and number >= BRAKING_LOOKS and still.moved > 1.0 and _away(stands, goal, policy):
+            break
         ports.clock.sleep(POLL_S)
     seen = "the robot moves on" if still.moved > 1.0 else f"nobody can tell whether the robot stands: {trouble}"
     return _not_believed(Event.FAULT, f"{_words(end).rstrip('.')}, but {seen}", ports, policy)
@@ -130,11 +133,16 @@ def _looked_at(end: NavigationResult, goal: Pose2, ports: Ports, policy: Mission
 def _standing(end: NavigationResult, look: StampedPose, goal: Pose2, ports: Ports, policy: MissionPolicy) -> Step:
     if end.status is not NavigationStatus.SUCCEEDED:
         return _step(end)
-    away_m = look.pose.distance_to(goal)
-    if away_m > policy.goal_tolerance_m:
+    if away_m := _away(look, goal, policy):
         because = f"{_words(end).rstrip('.')}, but the robot stands {away_m:.1f} m from it"
         return _not_believed(Event.UNREACHED, because, ports, policy)
     return Step(Event.ARRIVED, _words(end), look.stamp_ns)
+
+
+def _away(look: StampedPose, goal: Pose2, policy: MissionPolicy) -> float | None:
+    """Metres from the goal, None where it is near enough."""
+    away_m = look.pose.distance_to(goal)
+    return away_m if away_m > policy.goal_tolerance_m else None
 
 
 def _not_believed(event: Event, because: str, ports: Ports, policy: MissionPolicy) -> Step:

@@ -20,13 +20,16 @@ BECAUSE = {
 
 @contextmanager
 def signals_stop(operator: Operator) -> Iterator[list[int]]:
-    """Within, each of these signals is a STOP with its reason; yields those that came, for who should then end."""
+    """Within, each of these signals is a STOP with its reason, or ends a program that waits for a sentence.
+
+    Yields those that came, for who should then end.
+    """
     heard: list[int] = []
 
     def stop(number: int, _frame: Any) -> None:
         heard.append(number)
         because = BECAUSE[signal.Signals(number)]
-        stop_it = functools.partial(operator.stop, because=because, how="signal")
+        stop_it = functools.partial(operator.interrupt, because=because, how="signal")
         threading.Thread(target=stop_it, name="stop").start()  # what was interrupted may hold a lock or the screen
 
     before = {number: signal.signal(number, stop) for number in BECAUSE}

@@ -8,21 +8,17 @@ processes of their own on loopback. Fails where the worst time is above 1 s.
 from __future__ import annotations
 
 import argparse
-import json
 import os
-import queue
 import signal
 import statistics
-import subprocess
-import sys
 import tempfile
-import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from robot_app.benches.programs import START_S, Program
 from robot_app.cli import Failure, print_json
 
 if TYPE_CHECKING:
@@ -30,7 +26,7 @@ if TYPE_CHECKING:
     from sim_fakes.wire.silent_wire import SilentWire
 
 PROMISE_S = 1.0
-START_S, LATE_S = 20.0, 5.0
+LATE_S = 5.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -50,54 +46,6 @@ def run(options: argparse.Namespace) -> None:
     worst_s = max(times["worst_s"] for times in result.values())
     if worst_s > PROMISE_S:
         raise Failure(f"the worst time is {worst_s:.2f} s, more than {PROMISE_S:g} s: the robot would be told too late")
-
-
-class Program:
-    """A Python module as a process of its own; `expect` waits for its next JSON line with that key."""
-
-    def __init__(self, opened: ExitStack, module: str, *arguments: str) -> None:
-        self._name = module
-        command = [sys.executable, "-m", module, *arguments]
-        self._process = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-        )
-        self._lines: queue.Queue[dict[str, Any]] = queue.Queue()
-        self._complaints: list[str] = []
-        self.pid = self._process.pid
-        threading.Thread(target=self._read, daemon=True).start()
-        threading.Thread(target=self._complain, daemon=True).start()
-        opened.callback(self.kill)
-
-    def expect(self, key: str, timeout_s: float) -> dict[str, Any]:
-        end_s = time.monotonic() + timeout_s
-        while (left_s := end_s - time.monotonic()) > 0:
-            try:
-                line = self._lines.get(timeout=left_s)
-            except queue.Empty:
-                break
-            if key in line:
-                return line
-        said = self._complaints[-1] if self._complaints else "it said nothing"
-        raise Failure(f"{self._name} did not report {key!r} within {timeout_s:g} s ({said})")
-
-    def forget(self) -> None:
-        """What it said so far."""
-        while not self._lines.empty():
-            self._lines.get_nowait()
-
-    def kill(self) -> None:
-        self._process.kill()
-        self._process.wait()
-
-    def _read(self) -> None:
-        assert self._process.stdout is not None
-        for line in self._process.stdout:
-            self._lines.put(json.loads(line))
-
-    def _complain(self) -> None:
-        assert self._process.stderr is not None
-        for line in self._process.stderr:
-            self._complaints = [*self._complaints[-20:], line.strip()]
 
 
 class Bench:

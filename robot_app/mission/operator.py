@@ -70,6 +70,7 @@ class Operator:
         self._stop: StopRequest | None = None
         self._said = self._stopped_at = 0  # what was said in which order
         self._mission: Sentence | None = None
+        self._idle = False  # waiting for a sentence
         self._beat_s = now_s()
 
     # ---- what everybody may see
@@ -211,6 +212,15 @@ class Operator:
         words = "".join(f" Not asked any more: {sentence.text!r}." for sentence in dropped)
         self._tell(Change.STOPPED, f"STOP: {because}.{words}")
 
+    def interrupt(self, *, because: str, how: str = "") -> None:
+        """Ctrl-C or a kill: ends the program where it waits for a sentence, and else is a STOP."""
+        with self._changed:
+            if self._idle:
+                self._sentences.ended = True
+                self._changed.notify_all()
+                return
+        self.stop(because=because, how=how)
+
     def end(self) -> None:
         """No further sentences: the program ends after those that wait."""
         with self._changed:
@@ -222,11 +232,15 @@ class Operator:
     def next_sentence(self) -> Sentence | None:
         """Wait for the next sentence; None once there will be none."""
         with self._changed:
-            while not self._sentences.waiting:
-                if self._sentences.ended or not self._present:
-                    return None
-                self._changed.wait()
-            return self._sentences.take()
+            self._idle = True
+            try:
+                while not self._sentences.waiting:
+                    if self._sentences.ended or not self._present:
+                        return None
+                    self._changed.wait()
+                return self._sentences.take()
+            finally:
+                self._idle = False
 
     def begin(self, sentence: Sentence) -> None:
         """Its mission begins: a STOP of before the sentence no longer counts (it never restarts motion either)."""

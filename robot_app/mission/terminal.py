@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import TextIO
 
 from drivers.ports import Approval
-from logs.structured import neutralise
+from logs.structured import logger, neutralise
 from robot_app.mission.lease import Lease, Refused
 from robot_app.mission.open_question import OpenQuestion, option_lines
 from robot_app.mission.operator import Change, Notice, Operator
@@ -31,7 +31,8 @@ ALWAYS = (Change.TOLD, Change.STOPPED, Change.EXPIRED)  # what else happens is s
 class Terminal:
     """A client of the Operator that reads lines on a thread of its own, so that "stop" is heard while the robot drives.
 
-    Use as a context manager around missions. where_empty: what an empty line does between questions.
+    Use as a context manager around missions. where_empty: what an empty line does between questions. under_way: whether
+    a mission runs; where a terminal goes away meanwhile, nobody could type "stop" any more, and that is a stop.
     """
 
     def __init__(
@@ -42,10 +43,14 @@ class Terminal:
         source: TextIO | None = None,
         screen: TextIO | None = None,
         where_empty: Callable[[], None] | None = None,
+        under_way: Callable[[], bool] | None = None,
     ) -> None:
         self._operator, self.who = operator, who or _user()
         self._source, self._screen = source or sys.stdin, screen or sys.stderr
         self._where_empty = where_empty or operator.end
+        self._under_way = under_way or (lambda: operator.mission is not None)
+        self._typed, self._shown = _is_terminal(self._source), _is_terminal(self._screen)
+        self._dark = False  # nothing can be shown any more
         self._lease: Lease | None = None
 
     def __enter__(self) -> Terminal:
@@ -60,7 +65,16 @@ class Terminal:
         self._end_listening()  # the reader is a daemon: a blocking read of stdin cannot be interrupted
 
     def tell(self, sentence: str) -> None:
-        print(neutralise(sentence), file=self._screen, flush=True)
+        """Never raises: a screen that went away ends no mission but by a STOP."""
+        if self._dark:
+            return
+        try:
+            print(neutralise(sentence), file=self._screen, flush=True)
+        except (OSError, ValueError) as error:
+            self._dark = True
+            logger().error("screen_lost", reason=str(error))
+            if self._shown:
+                self._lost()
 
     # ---- the screen
 
@@ -84,7 +98,16 @@ class Terminal:
                 self._take_line(line.strip())
         except (OSError, ValueError) as error:  # a terminal that went away, an input that was closed
             self.tell(f"Nothing more can be typed here: {error}")
+        if self._typed:
+            self._lost()
+        else:
+            self.tell("The input has ended: STOP only by signal (Ctrl-C, kill).")
         self._operator.leave(HOW)
+
+    def _lost(self) -> None:
+        """The terminal is gone, and with it the way in which its operator says stop."""
+        if self._under_way():
+            self._operator.stop(because="the operator's terminal went away", who=self.who, how=HOW)
 
     def _take_line(self, line: str) -> None:
         words = " ".join(line.lower().rstrip("!.").split())
@@ -125,6 +148,14 @@ class Terminal:
     @property
     def _taken(self) -> bool:
         return self._operator.lease is not None and self._operator.lease is not self._lease
+
+
+def _is_terminal(stream: TextIO | None) -> bool:
+    """A pipe, a file and /dev/null are none; nor is what is closed already."""
+    try:
+        return stream is not None and stream.isatty()
+    except (OSError, ValueError):
+        return False
 
 
 def _user() -> str:

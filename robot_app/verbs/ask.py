@@ -61,7 +61,9 @@ def _mission(options: argparse.Namespace) -> tuple[RecordedMission, Utterance | 
     operator = Operator(approve_all="approved with --yes" if options.yes else "")
     correction = _Correction(operator)
     with (
-        Terminal(operator, who=config.recording.operator, where_empty=correction.accept) as terminal,
+        Terminal(
+            operator, who=config.recording.operator, where_empty=correction.accept, under_way=lambda: True
+        ) as terminal,
         signals_stop(operator),
         open_missions(config, operator) as missions,
     ):

@@ -34,33 +34,35 @@ def run(options: argparse.Namespace) -> int:
     from robot_app.mission.missions import open_missions
     from robot_app.mission.operator import Operator
     from robot_app.mission.terminal import Terminal
+    from robot_app.signals import signals_stop
 
     try:
         config = load_config(options.config)
         operator = Operator()
-        with Terminal(operator, who=config.recording.operator), open_missions(config, operator) as missions:
-            operator.tell(f"Ready over {config.memory}. Ask for a thing; an empty line ends.")
-            _missions(missions, operator, as_json=options.json)
+        with (
+            Terminal(operator, who=config.recording.operator),
+            signals_stop(operator) as heard,
+            open_missions(config, operator) as missions,
+        ):
+            if not heard:
+                operator.tell(f"Ready over {config.memory}. Ask for a thing; an empty line ends.")
+                _missions(missions, operator, heard, as_json=options.json)
     except (ConfigError, PortError, BeliefFileError, OSError) as error:
         raise Failure(str(error)) from error
     return 0
 
 
-def _missions(missions: Missions, operator: Operator, *, as_json: bool) -> None:
-    from robot_app.signals import signals_stop
-
-    told_to_end = False
-    while not told_to_end and (sentence := operator.next_sentence()):
+def _missions(missions: Missions, operator: Operator, heard: list[int], *, as_json: bool) -> None:
+    """heard: the signals so far; Ctrl-C ends a mission, the others the program too."""
+    while not any(number != signal.SIGINT for number in heard) and (sentence := operator.next_sentence()):
         operator.begin(sentence)
         try:
-            with signals_stop(operator) as heard:
-                recorded = missions.ask(sentence.text, who=sentence.who, how=sentence.how)
+            recorded = missions.ask(sentence.text, who=sentence.who, how=sentence.how)
         except ValueError as error:
             print(f"openbelief run: {error}", file=sys.stderr)
             continue
         finally:
             operator.ended()
-        told_to_end = any(number != signal.SIGINT for number in heard)
         operator.tell(f"trial: {recorded.failure or recorded.trial}")
         if as_json:
             print_json({"query": sentence.text} | recorded.as_json())

@@ -26,9 +26,14 @@ class ServedGoal:
     pose: Pose2 | None
     stamp_ns: int
     status: int = action.EXECUTING
+    claimed: int | None = None  # what is said of it instead, to whoever asks
     error: tuple[int, str] = (0, "")
     path: Array = field(default_factory=lambda: np.zeros((0, 2)))
     waiting: list[Question] = field(default_factory=list)
+
+    @property
+    def said(self) -> int:
+        return self.status if self.claimed is None else self.claimed
 
 
 def usable_pose(message: Message) -> Pose2 | None:
@@ -56,7 +61,7 @@ class Nav2Messages:
         if goal is None:
             return self._make(f"{NAVIGATE}_GetResult_Response", status=action.UNKNOWN)
         result = self._failed(f"{NAVIGATE}_Result", *goal.error)
-        return self._make(f"{NAVIGATE}_GetResult_Response", status=goal.status, result=result)
+        return self._make(f"{NAVIGATE}_GetResult_Response", status=goal.said, result=result)
 
     def path(self, points: Array, now_ns: int) -> Message:
         result = self._make(f"{PLAN}_Result", path=path_message(points, now_ns))
@@ -74,9 +79,7 @@ class Nav2Messages:
         return self._make(f"{action.CANCEL}_Response", return_code=code, goals_canceling=infos)
 
     def statuses(self, goals: Iterable[ServedGoal]) -> Message:
-        states = [
-            self._make("action_msgs/msg/GoalStatus", goal_info=self._goal_info(g), status=g.status) for g in goals
-        ]
+        states = [self._make("action_msgs/msg/GoalStatus", goal_info=self._goal_info(g), status=g.said) for g in goals]
         return self._make(action.STATUS_ARRAY, status_list=states)
 
     def feedback(self, goal: ServedGoal, pose: Pose2, remaining_m: float, now_ns: int) -> Message:

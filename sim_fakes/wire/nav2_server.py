@@ -103,6 +103,14 @@ class SimNav2Server:
         with self._lock:
             self._accept(ServedGoal(uuid, pose, self._clock.now_ns()))
 
+    def claim(self, status: int) -> None:
+        """The goal under way is said to have ended so, by its status and its result, and the robot drives on."""
+        with self._lock:
+            for goal in [g for g in self._goals.values() if g.status in action.ACTIVE]:
+                goal.claimed = status
+                self._publish_status()
+                self._release(goal)
+
     def restart(self) -> None:
         """Nav2's process dies and comes back: the robot stops and no goal is known any more."""
         with self._lock:
@@ -140,7 +148,7 @@ class SimNav2Server:
         request = self._decode(question, f"{NAVIGATE}_GetResult_Request")
         with self._lock:
             goal = self._goals.get(bytes(request.goal_id.uuid))
-            if goal is not None and goal.status in action.ACTIVE:
+            if goal is not None and goal.said in action.ACTIVE:
                 goal.waiting.append(question)
                 return
         self._reply("get_result", question, self._say.result(goal))

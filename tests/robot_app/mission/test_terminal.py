@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import os
+import pty
+import threading
+from collections.abc import Callable, Iterator
+from types import SimpleNamespace
 
 import pytest
 
@@ -137,6 +141,9 @@ def test_control_characters_are_made_visible_and_long_sentences_stay_whole(opera
 
 def test_an_input_that_cannot_be_read_ends_like_one_that_ended_and_is_named(screen):
     class Broken:
+        def isatty(self):
+            return False
+
         def __iter__(self):
             raise OSError("the terminal is gone")
 
@@ -144,3 +151,83 @@ def test_an_input_that_cannot_be_read_ends_like_one_that_ended_and_is_named(scre
     with Terminal(operator, source=Broken(), screen=screen):
         assert operator.next_sentence() is None
     assert any("the terminal is gone" in line for line in screen.lines)
+
+
+# A way to say stop that goes away
+
+
+@pytest.fixture
+def tty() -> Iterator[Callable[..., SimpleNamespace]]:
+    """A terminal with an operator at it: `hang_up()` closes the other end, as a dying ssh does, and sends no SIGHUP."""
+    opened = []
+
+    def make(**more) -> SimpleNamespace:
+        master, slave = pty.openpty()
+        source, screen = os.fdopen(slave, "r"), os.fdopen(os.dup(slave), "w")
+        opened.extend((source, screen))
+        operator = Operator()
+        client = Terminal(operator, who="Ada", source=source, screen=screen, **more)
+        client.__enter__()
+        return SimpleNamespace(operator=operator, client=client, hang_up=lambda: os.close(master), screen=screen)
+
+    yield make
+    for stream in opened:
+        try:
+            stream.close()
+        except OSError:
+            pass  # what was still to be shown there
+
+
+def test_a_terminal_that_goes_away_under_way_is_a_stop(tty, eventually):
+    at = tty(under_way=lambda: True)
+    at.hang_up()
+    eventually(lambda: at.operator.stop_requested())
+    assert at.operator.stop_requested().because == "the operator's terminal went away"
+    eventually(lambda: not at.operator.present)
+
+
+def test_a_terminal_that_goes_away_between_missions_ends_the_program_and_stops_nothing(tty):
+    at = tty()
+    at.hang_up()
+    assert at.operator.next_sentence() is None
+    assert at.operator.stop_requested() is None
+
+
+def test_a_mission_under_way_at_the_prompt_is_stopped_too(tty, eventually):
+    at = tty()
+    lease = at.operator.lease
+    at.operator.ask(lease, "find the lamp")
+    at.operator.begin(at.operator.next_sentence())
+    at.hang_up()
+    eventually(lambda: at.operator.stop_requested())
+
+
+def test_what_cannot_be_shown_any_more_raises_nothing_and_is_a_stop_as_well(tty, eventually):
+    at = tty(under_way=lambda: True)
+    at.hang_up()
+    at.client.tell("The robot was stopped.")
+    at.client.tell("Once more.")
+    eventually(lambda: at.operator.stop_requested())
+
+
+def test_an_input_that_never_was_a_terminal_stops_nothing_by_ending(keyboard, screen, eventually):
+    made = Operator()
+    with Terminal(made, source=keyboard, screen=screen, under_way=lambda: True):
+        keyboard.end()
+        eventually(lambda: not made.present)
+        assert made.stop_requested() is None
+    assert [line for line in screen.lines if "STOP only by signal" in line] == screen.lines
+
+
+def test_ctrl_c_ends_a_program_that_waits_for_a_sentence_and_stops_one_that_does_not(operator, keyboard, eventually):
+    operator.interrupt(because="the operator pressed Ctrl-C")
+    assert operator.stop_requested().because == "the operator pressed Ctrl-C"
+    waiting = Operator()
+    waiting.join("terminal")
+    ended = []
+    thread = threading.Thread(target=lambda: ended.append(waiting.next_sentence()))
+    thread.start()
+    eventually(lambda: waiting._idle)
+    waiting.interrupt(because="the operator pressed Ctrl-C")
+    thread.join()
+    assert ended == [None] and waiting.stop_requested() is None
