@@ -40,7 +40,14 @@ class Usage(Failure):
 
 class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
-        self.exit(2, f"openbelief: {message}\nTry '{self.prog} --help'.\n")
+        self.exit(2, f"openbelief: {message}{_quotes(message)}\nTry '{self.prog} --help'.\n")
+
+
+def _quotes(message: str) -> str:
+    """Loose words that no option wants are nearly always a sentence without its quotes."""
+    head, _, words = message.partition("unrecognized arguments: ")
+    loose = not head and words and not any(word.startswith("-") for word in words.split())
+    return '. A sentence of several words goes in quotes: "take me to the chair".' if loose else ""
 
 
 def build_parser(verb: str | None) -> Parser:

@@ -53,6 +53,7 @@ class TrialSummary:
     reason: str = ""
     visits: int = 0
     candidates: tuple[tuple[str, str], ...] = ()  # (label, verdict or why it was set aside)
+    simulated: bool | None = None  # whether the robot that drove was a simulated one; None where the trial does not say
     broken: str | None = None
 
 
@@ -201,7 +202,18 @@ def _summary(trial: TrialReader) -> TrialSummary:
         reason=outcome.reason if outcome else "cut off before its end",
         visits=outcome.visits if outcome else 0,
         candidates=tuple(_stories(trial.decisions).values()),
+        simulated=_simulated(trial.configuration),
     )
+
+
+def _simulated(configuration: str | None) -> bool | None:
+    if configuration is None:
+        return None
+    try:
+        bodies = tomllib.loads(configuration).get("ports", {})
+    except tomllib.TOMLDecodeError:
+        return None
+    return bool(bodies.get("navigator", "sim") == "sim")
 
 
 def _stories(decisions: list[Record]) -> dict[int, tuple[str, str]]:

@@ -44,7 +44,7 @@ def _line(summary: Any) -> str:
     tried = "; ".join(f"{label}: {verdict}" for label, verdict in summary.candidates) or "no candidate"
     return neutralise(
         f"{summary.path.name}  {_when(summary.started_ns)}  {summary.sentence!r}  {summary.end} ({summary.reason})  "
-        f"visits {summary.visits}  [{tried}]"
+        f"visits {summary.visits}  [{tried}]{'  simulated' if summary.simulated else ''}"
     )
 
 
@@ -62,5 +62,6 @@ def _as_json(summary: Any) -> dict[str, Any]:
         "outcome": summary.end,
         "reason": summary.reason,
         "visits": summary.visits,
+        "simulated": summary.simulated,
         "candidates": [{"label": label, "verdict": verdict} for label, verdict in summary.candidates],
     }

@@ -134,6 +134,17 @@ def test_wrong_usage_exits_2_and_says_where_help_is(arguments, capsys):
     assert said.startswith("openbelief: ") and remedy.startswith("Try 'openbelief") and "--help'" in remedy
 
 
+@pytest.mark.parametrize("verb", ["query", "ask"])
+def test_a_sentence_without_its_quotes_gets_the_hint(verb, capsys):
+    memory = ["site.belief"] if verb == "query" else []
+    with pytest.raises(SystemExit):
+        main([verb, *memory, "take", "me", "to", "the", "chair"])
+    assert "goes in quotes" in capsys.readouterr().err
+    with pytest.raises(SystemExit):
+        main([verb, *memory, "chair", "--no-such-option"])
+    assert "goes in quotes" not in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("module", "kind"), [("open3d", "ImportError"), ("structlog", "RuntimeError"), ("open3d", "RuntimeError")]
 )

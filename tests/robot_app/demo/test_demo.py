@@ -67,6 +67,14 @@ def test_the_flats_best_candidate_is_rejected_at_arrival_and_the_true_extinguish
     assert ["fire extinguisher in the hall" in questions[0], "in the kitchen" in questions[1]] == [True, True]
 
 
+def test_a_simulated_trial_is_told_apart_from_a_robots(flat_demo, capsys):
+    folder = str(flat_demo.folder / "demo-out")
+    assert main(["trials", folder, "--json"]) == 0
+    assert [trial["simulated"] for trial in json.loads(capsys.readouterr().out)["trials"]] == [True]
+    assert main(["trials", folder]) == 0
+    assert capsys.readouterr().out.strip().endswith("simulated")
+
+
 def test_what_the_readme_says_to_try_then_works_as_pasted(flat_demo, monkeypatch, capsys):
     """Over the folder that `make demo` leaves. The other demo among the lines is only parsed: it takes a minute."""
     monkeypatch.chdir(flat_demo.folder)
