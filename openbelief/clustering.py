@@ -104,11 +104,14 @@ class _Near:
     def clusters(self, core: Array) -> Array:
         """(k,) int cluster of each core voxel, from 1; 0 of the others."""
         joined = self._joined_by_faces(core)
-        clusters = np.where(core, joined[self._cube], 0)
-        if joined.max() > 1:
-            open_ = core & self._maybe_joined(joined)[self._cube]
-            clusters = self._joined_across_gaps(np.flatnonzero(open_), clusters)
-        return clusters
+        first = len(self._ball) // FIRST_LOOK
+        for ball in (self._ball[:first], self._ball[first:]):  # the nearest steps join most of what is to be joined
+            largest = int(np.argmax(np.bincount(joined[joined > 0], minlength=1)))
+            if not ((joined > 0) & (joined != largest)).any():
+                break
+            voxels = np.flatnonzero(core & self._maybe_joined(joined, largest)[self._cube])
+            joined = self._joined_across_gaps(voxels, np.where(core, joined[self._cube], 0), ball)[joined]
+        return np.where(core, joined[self._cube], 0)
 
     def _joined_by_faces(self, core: Array) -> Array:
         """(c,) int from 1: equal where a way over the faces of cubes with a core voxel leads from one to the other."""
@@ -122,9 +125,8 @@ class _Near:
         numbers[cubes] = _components(len(cubes), one, beside[one, face] - 1) + 1
         return numbers
 
-    def _maybe_joined(self, joined: Array) -> Array:
-        """(c,) bool: cubes, of all but one cluster, that have another cluster's cube in their shell."""
-        largest = np.argmax(np.bincount(joined[joined > 0]))
+    def _maybe_joined(self, joined: Array, largest: int) -> Array:
+        """(c,) bool: cubes, of all clusters but the largest, that have another cluster's cube in their shell."""
         cubes = np.flatnonzero((joined > 0) & (joined != largest))
         self._cubes.fill(joined)
         maybe = np.zeros(len(joined), bool)
@@ -132,14 +134,14 @@ class _Near:
             maybe[cubes] |= ((other > 0) & (other != joined[cubes])).any(axis=0)
         return maybe
 
-    def _joined_across_gaps(self, voxels: Array, clusters: Array) -> Array:
-        """The clusters, joined where one of these voxels is within eps of another cluster's."""
+    def _joined_across_gaps(self, voxels: Array, clusters: Array, ball: Array) -> Array:
+        """(n + 1,) the number of each cluster, joined where a step from one of these voxels leads to another's."""
         self._voxels.fill(clusters)
         many, pairs = int(clusters.max()) + 1, set[int]()
-        for other in self._voxels.around(voxels, self._ball):
+        for other in self._voxels.around(voxels, ball):
             step, one = np.nonzero((other > 0) & (other != clusters[voxels]))
             pairs.update((clusters[voxels[one]] * many + other[step, one]).tolist())
-        return _merged(many, (divmod(pair, many) for pair in pairs))[clusters]
+        return _merged(many, (divmod(pair, many) for pair in pairs))
 
     def largest(self, core: Array, clusters: Array) -> Array:
         """(k,) bool: the voxels of the cluster with most points, its border's too."""

@@ -15,6 +15,9 @@ BENCHES = {
     "watchdog": "the workstation killed, stopped, cut off: seconds until the cancel reaches Nav2",
     "record": "recording RGB-D, lidar and IMU at full rate: messages lost, share of the cores, disk",
     "voice": "listening: words wrong, seconds an utterance, stops heard and invented",
+    "association": "which observations are of one object: CPU time and memory, beside kd-trees and union-find",
+    "acquire": "observations of a frame full of masks: CPU time a frame, beside DBSCAN with a kd-tree",
+    "goal": "where to stand to look at a thing on a large site: CPU time, beside Dijkstra over all of it",
     "perception": "SAM 3 and CLIP: frames/s and memory of every stage, for each image size",
 }
 EXAMPLE = "openbelief bench livox --seconds 5"

@@ -1,0 +1,53 @@
+"""The benches of the core: small runs, whose plain yardsticks find the same; how long they take is nobody's test."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from robot_app.cli import main
+
+
+def result(capsys: pytest.CaptureFixture[str], *words: str) -> dict:
+    assert main(["bench", *words, "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_association_finds_what_a_plain_sweep_finds(capsys: pytest.CaptureFixture[str]) -> None:
+    rows = result(capsys, "association", "--observations", "90", "50", "--plain-up-to", "60")["sites"]
+    assert [(row["observations"], row["equal"]) for row in rows] == [(50, True), (90, None)]
+    assert all(row["cpu_s"] > 0 and row["peak_mb"] > 0 and row["objects"] >= 2 for row in rows)
+    assert rows[0]["ratio"] > 0 and rows[1]["ratio"] is None
+
+
+def test_acquisition_keeps_what_plain_dbscan_keeps(capsys: pytest.CaptureFixture[str]) -> None:
+    row = result(capsys, "acquire", "--masks", "7", "--frames", "1")
+    assert row["observations"] == 7 and row["equal"] is True and row["ratio"] > 0
+
+
+def test_goal_poses_are_as_far_as_a_plain_search_says(capsys: pytest.CaptureFixture[str]) -> None:
+    rows = result(capsys, "goal", "--site", "32", "--rooms-away", "1")["candidates"]
+    [alone] = result(capsys, "goal", "--site", "32", "--rooms-away", "1", "--no-plain")["candidates"]
+    assert rows[0]["poses"] > 0 and rows[0]["equal"] is True and alone["equal"] is None
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["association", "--observations", "0"],
+        ["association", "--observations", "many"],
+        ["acquire", "--masks", "-1"],
+        ["goal", "--site", "2"],
+        ["goal", "--site", "nan"],
+    ],
+)
+def test_wrong_usage_is_status_two_and_one_line(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["bench", *words])
+    assert ended.value.code == 2 and "should be a" in capsys.readouterr().err
+
+
+def test_a_room_beyond_the_site_is_refused_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "goal", "--site", "24", "--rooms-away", "4"]) == 1
+    assert "has no room so far away" in capsys.readouterr().err
