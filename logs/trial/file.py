@@ -44,11 +44,15 @@ class NoTrial(TrialError):
 
 @dataclass(frozen=True, kw_only=True)
 class TrialHeader:
-    """What a trial says about itself. settings: parameters and policy of the mission, JSON values."""
+    """What a trial says about itself. settings: parameters and policy of the mission, JSON values.
+
+    memory_hash: of the memory's content. state_hash: of its content and rooms; None in a trial that is older than it.
+    """
 
     trial_id: str
     query_id: str
     memory_hash: str
+    state_hash: str | None = None
     text_encoder_id: str
     settings: Mapping[str, Any]
 
@@ -113,6 +117,7 @@ class TrialWriter:
             "trial_id": about.trial_id,
             "query_id": about.query_id,
             "memory_hash": about.memory_hash,
+            **({"state_hash": about.state_hash} if about.state_hash else {}),
             "text_encoder_id": about.text_encoder_id,
             "commit": commit(),
             "started_ns": str(self._clock.now_ns()),
@@ -157,6 +162,7 @@ class TrialReader:
             trial_id=identity["trial_id"],
             query_id=identity["query_id"],
             memory_hash=identity["memory_hash"],
+            state_hash=identity.get("state_hash"),
             text_encoder_id=identity["text_encoder_id"],
             settings=json.loads(self._attachments[SETTINGS_NAME]),
         )
