@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -213,7 +213,8 @@ class TrialReader:
                 if message.topic in (COLOR, DEPTH, GRID, HEIGHTS, POINTS):
                     pictures[message.topic] = decode(message.payload, message.type_name)
                 elif message.topic in RECORDS:
-                    yield _entry(message, pictures, grids, self._attachments)
+                    entry = _entry(message, pictures, grids, self._attachments)
+                    yield replace(entry, log_time_ns=message.log_time_ns)
             except (ValidationError, WireError, KeyError, ValueError) as error:
                 if isinstance(error, LogError):
                     raise

@@ -212,7 +212,7 @@ def _summary(trial: TrialReader) -> TrialSummary:
         end=outcome.end if outcome else "UNFINISHED",
         reason=outcome.reason if outcome else "cut off before its end",
         visits=outcome.visits if outcome else 0,
-        candidates=tuple(_stories(trial.decisions).values()),
+        candidates=tuple(stories_of(trial.decisions).values()),
         simulated=_simulated(trial.configuration),
     )
 
@@ -227,7 +227,7 @@ def _simulated(configuration: str | None) -> bool | None:
     return bool(bodies.get("navigator", "sim") == "sim")
 
 
-def _stories(decisions: list[Record]) -> dict[int, tuple[str, str]]:
+def stories_of(decisions: list[Record]) -> dict[int, tuple[str, str]]:
     """object id -> (label, last verdict, or why it was set aside), in the order of the tries."""
     stories: dict[int, tuple[str, str]] = {}
     for record in decisions:
