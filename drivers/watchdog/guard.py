@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 from functools import partial
 
+from drivers.repeats import Repeats
 from drivers.ros import action
 from drivers.ros.action import ActionClient, Answer
 from drivers.ros.bridge_keys import BridgeKeys
@@ -53,7 +54,8 @@ class WatchdogGuard:
         self._left: set[str] = set()
         self._acknowledged = self._driving = False
         self._trip = self._refusals = 0
-        self._told: tuple[WatchdogState, bool] | None = None
+        self._told: tuple[WatchdogState, bool, tuple[str, ...]] | None = None
+        self._repeats = Repeats()
         self._sequence, self._told_ns = 0, 0
         self._lock = threading.RLock()
 
@@ -70,6 +72,8 @@ class WatchdogGuard:
             watchdog = self._watchdog
             return WatchdogStatus(
                 state=watchdog.state,
+                watched=watchdog.watched,
+                full=len(self._beats) >= WORKSTATIONS_MAX,
                 reason=watchdog.reason,
                 acknowledged=self._acknowledged,
                 sequence=self._sequence,
@@ -95,11 +99,13 @@ class WatchdogGuard:
 
     def _tell(self) -> None:
         now_ns, status = self._now_ns(), self.status
-        news = (status.state, status.acknowledged) != self._told
+        now = (status.state, status.acknowledged, status.watched)
+        news = now != self._told
         if news or now_ns - self._told_ns >= round(STATUS_S * 1e9):
             if news:
-                logger.info("watchdog %s%s", status.state, f": {status.reason}" if status.reason else "")
-            self._told, self._told_ns, self._sequence = (status.state, status.acknowledged), now_ns, self._sequence + 1
+                why = f": {status.reason}" if status.reason else ""
+                logger.info("watchdog %s%s, watching %d workstation(s)", status.state, why, len(status.watched))
+            self._told, self._told_ns, self._sequence = now, now_ns, self._sequence + 1
             self._link.put(self._keys.status, packed(status), drop=True)
 
     # Hearing (on Zenoh's threads)
@@ -108,11 +114,14 @@ class WatchdogGuard:
         try:
             beat = unpacked(HeartbeatMessage, payload)
         except WatchdogWireError as error:
-            logger.warning("a heartbeat was ignored: %s", error)
+            if count := self._repeats.due():
+                logger.warning("a heartbeat was ignored (%d so far): %s", count, error)
             return
         with self._lock:
             if beat.workstation not in self._beats and not self._room():
-                logger.warning("a heartbeat of workstation %s was ignored: too many", beat.workstation[:8])
+                if count := self._repeats.due(beat.workstation):
+                    who = beat.workstation[:8]
+                    logger.warning("workstation %s is not watched: too many (%d heartbeats so far)", who, count)
                 return
             (self._left.add if beat.state == "goodbye" else self._left.discard)(beat.workstation)
             self._beats[beat.workstation] = self._now_ns()

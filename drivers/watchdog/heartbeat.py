@@ -91,10 +91,10 @@ class Heartbeat:
 
 
 class WatchdogView:
-    """The robot's watchdog as the workstation sees it."""
+    """The robot's watchdog as the workstation sees it. workstation: the one that is to be watched; None only looks."""
 
-    def __init__(self, link: ZenohLink, keys: BridgeKeys | None = None) -> None:
-        self._link, self._keys = link, WatchdogKeys(keys or BridgeKeys())
+    def __init__(self, link: ZenohLink, keys: BridgeKeys | None = None, *, workstation: str | None = None) -> None:
+        self._link, self._keys, self._workstation = link, WatchdogKeys(keys or BridgeKeys()), workstation
         self._status: WatchdogStatus | None = None
         self._heard_s = 0.0
 
@@ -108,7 +108,7 @@ class WatchdogView:
         return self._status if time.monotonic() - self._heard_s <= STATUS_MAX_AGE_S else None
 
     def trouble(self) -> str | None:
-        """Why no goal should be sent, None where the watchdog watches."""
+        """Why no goal should be sent, None where the watchdog watches this workstation."""
         status = self.status
         if status is None:
             return "The watchdog on the robot is not heard: start `openbelief onboard` there."
@@ -117,11 +117,8 @@ class WatchdogView:
                 f"The watchdog has stopped the robot and is latched: {status.reason}. Look at the robot, then reset it "
                 "with `openbelief onboard --reset`."
             )
-        if status.state is WatchdogState.WAITING:
-            return (
-                "The watchdog on the robot does not hear this workstation's heartbeat: does the router's access list "
-                "let this certificate put it?"
-            )
+        if status.state is WatchdogState.WAITING or self._workstation not in (None, *status.watched):
+            return _not_watched(status)
         return None
 
     def reset(self) -> ResetReply:
@@ -136,3 +133,15 @@ class WatchdogView:
             self._status, self._heard_s = unpacked(WatchdogStatus, payload), time.monotonic()
         except WatchdogWireError:
             return  # somebody else's bytes on our key count as silence
+
+
+def _not_watched(status: WatchdogStatus) -> str:
+    if status.full:
+        return (
+            f"The watchdog on the robot watches {len(status.watched)} workstations and takes no more, so it would not "
+            "stop the robot for this one: end those that are not needed."
+        )
+    return (
+        "The watchdog on the robot does not hear this workstation's heartbeat: does the router's access list "
+        "let this certificate put it?"
+    )

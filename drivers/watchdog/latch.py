@@ -50,6 +50,7 @@ class Watchdog:
         self._forgotten: dict[str, int] = {}  # workstation -> its newest beat when it was reset or left
         self._cancelled_ns: int | None = None
         self.state = WatchdogState.WAITING
+        self.watched: tuple[str, ...] = ()  # whose silence is acted on
         self.reason = ""
 
     @property
@@ -59,6 +60,7 @@ class Watchdog:
     def update(self, now_ns: int, facts: WatchdogFacts) -> WatchdogAction:
         """CANCEL at the trip, every RETRY_S until it is acknowledged, and wherever a goal runs though latched."""
         watched = self._watched(facts)
+        self.watched = tuple(sorted(watched))
         if self.latched:
             return self._latched(now_ns, facts)
         self.state = WatchdogState.ARMED if watched else WatchdogState.WAITING

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, TypeVar
+from typing import ClassVar, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from drivers.ros.bridge_keys import BridgeKeys
 from drivers.watchdog.latch import WatchdogState
 
-MAX_BYTES = 1024
+MAX_BYTES = 1024  # a heartbeat, a reset
+STATUS_MAX_BYTES = 4096  # it names every workstation that is watched
 BEAT_S = 0.1  # 10 Hz
 STATUS_S = 0.2  # the robot tells the state 5 times a second, so that who comes late knows it too
 STATUS_MAX_AGE_S = 1.0
@@ -25,6 +26,7 @@ class WatchdogWireError(ValueError):
 
 class WatchdogMessage(BaseModel):
     model_config = ConfigDict(extra="ignore", frozen=True)
+    max_bytes: ClassVar[int] = MAX_BYTES
 
 
 class HeartbeatMessage(WatchdogMessage):
@@ -36,9 +38,15 @@ class HeartbeatMessage(WatchdogMessage):
 
 
 class WatchdogStatus(WatchdogMessage):
-    """The watchdog's own word. reason: why it is latched, empty otherwise. sequence counts statuses."""
+    """The watchdog's own word. reason: why it is latched, empty otherwise. sequence counts statuses.
 
+    watched: the workstations whose silence it acts on. full: no further one is taken.
+    """
+
+    max_bytes: ClassVar[int] = STATUS_MAX_BYTES
     state: WatchdogState
+    watched: tuple[str, ...] = ()
+    full: bool = False
     reason: str = ""
     acknowledged: bool = False
     sequence: int = 0
@@ -79,7 +87,7 @@ def packed(message: WatchdogMessage) -> bytes:
 
 def unpacked(kind: type[Kind], payload: bytes) -> Kind:
     """Raises WatchdogWireError."""
-    if len(payload) > MAX_BYTES:
+    if len(payload) > kind.max_bytes:
         raise WatchdogWireError(f"{len(payload)} bytes are too many for a {kind.__name__}.")
     try:
         return kind.model_validate_json(payload)

@@ -152,7 +152,8 @@ def check_watchdog(patient: Examined) -> Iterator[Finding]:
         remedy = "look at the robot, then openbelief onboard --reset"
         yield Finding("watchdog", Level.FAIL, f"latched: {status.reason}", remedy)
     elif status.state is WatchdogState.ARMED:
-        yield Finding("watchdog", Level.OK, "armed: a workstation beats")
+        names = ", ".join(name[:8] for name in status.watched)
+        yield Finding("watchdog", Level.OK, f"armed: it watches {len(status.watched)} workstation(s) ({names})")
     else:
         yield Finding("watchdog", Level.OK, "waiting for a workstation")
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import time
+import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -39,7 +40,8 @@ class Watch:
 def watched(config: Config, robot: Robot, memory: ObjectMemory) -> Iterator[Watch]:
     """Beats as long as missions may run; the supervisor is asked by them, once what it judges by has arrived."""
     wire = robot.site.wires[config.ports.navigator]
-    watchdog = WatchdogView(wire.link, wire.keys)
+    workstation = uuid.uuid4().hex
+    watchdog = WatchdogView(wire.link, wire.keys, workstation=workstation)
     watchdog.start()
     needed = config.ports.navigator == "ros" and config.safety.watchdog == "required"
     sources = Sources(
@@ -55,7 +57,7 @@ def watched(config: Config, robot: Robot, memory: ObjectMemory) -> Iterator[Watc
         memory=memory,
     )
     pulse = DriveLiveness(robot.navigator)
-    with Heartbeat(wire.link, wire.keys, alive=pulse.beats) as heartbeat:
+    with Heartbeat(wire.link, wire.keys, workstation=workstation, alive=pulse.beats) as heartbeat:
         if needed:
             _await_armed(watchdog)
         safety = Supervision(sources, config.safety)

@@ -9,10 +9,12 @@ from dataclasses import dataclass
 import pytest
 
 from drivers.ports import LinkLost, PortError
+from drivers.ros.bridge_keys import BridgeKeys
 from drivers.ros.zenoh_link import ZenohLink
-from drivers.watchdog.guard import WatchdogGuard
+from drivers.watchdog.guard import WORKSTATIONS_MAX, WatchdogGuard
 from drivers.watchdog.heartbeat import Heartbeat, WatchdogView
 from drivers.watchdog.latch import WatchdogState
+from drivers.watchdog.wire import STATUS_MAX_BYTES, HeartbeatMessage, WatchdogKeys, packed
 from openbelief.pose import Pose2
 
 FAR = Pose2(5.0, 1.0, 0.0)
@@ -30,6 +32,11 @@ class Deadman:
         self.now_s += seconds
         self.guard.step()
         return self.guard.status.state
+
+    def tell(self) -> None:
+        """The status once more, though no time passes."""
+        self.guard._told = None
+        self.guard.step()
 
 
 @pytest.fixture
@@ -156,3 +163,35 @@ def test_bytes_that_are_no_heartbeat_arm_nothing(rig, deadman, eventually, paylo
     caplog.set_level("WARNING")
     eventually(lambda: rig.link.put("openbelief/heartbeat", payload) is None and "was ignored" in caplog.text)
     assert deadman.step() is WatchdogState.WAITING
+
+
+def test_the_one_workstation_too_many_is_told_that_nobody_watches_it(rig, deadman, eventually):
+    """Sixteen others beat, so the state is armed; the seventeenth must not drive for all that."""
+    keys, view = WatchdogKeys(BridgeKeys()), WatchdogView(rig.link, workstation="f" * 32)
+    view.start()
+    for number in range(WORKSTATIONS_MAX):
+        rig.link.put(keys.heartbeat, packed(HeartbeatMessage(workstation=f"{number:032x}", sequence=0)))
+    eventually(lambda: bool(deadman.step()) and len(deadman.guard.status.watched) == WORKSTATIONS_MAX)
+    with Heartbeat(rig.link, workstation="f" * 32):
+        eventually(lambda: "takes no more" in (view.trouble() or ""), again=deadman.tell)
+        assert deadman.guard.status.state is WatchdogState.ARMED and deadman.view.trouble() is None
+    assert len(packed(deadman.guard.status)) < STATUS_MAX_BYTES
+
+
+def test_who_is_watched_is_named_from_the_first_beat_to_the_goodbye(rig, deadman, eventually):
+    view = WatchdogView(rig.link, workstation="a" * 32)
+    view.start()
+    with Heartbeat(rig.link, workstation="a" * 32):
+        eventually(lambda: view.trouble() is None, again=deadman.tell)
+        assert deadman.guard.status.watched == ("a" * 32,)
+    eventually(lambda: "does not hear" in (view.trouble() or ""), again=deadman.tell)
+
+
+def test_bad_heartbeats_are_counted_and_not_logged_one_by_one(rig, deadman, eventually, caplog):
+    keys = WatchdogKeys(BridgeKeys())
+    for _ in range(1000):
+        rig.link.put(keys.heartbeat, b"no heartbeat")
+    rig.link.put(keys.heartbeat, packed(HeartbeatMessage(workstation="b" * 32, sequence=0)))
+    eventually(lambda: bool(deadman.step()) and bool(deadman.guard.status.watched))
+    lines = [record.getMessage() for record in caplog.records if "heartbeat was ignored" in record.getMessage()]
+    assert len(lines) == 10 and "(512 so far)" in lines[-1]
