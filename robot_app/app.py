@@ -14,15 +14,18 @@ from drivers.clock import SystemClock
 from drivers.nav2.bridge import Nav2Bridge
 from drivers.ports import Battery, Camera, Clock, Lidar, Map, Navigator, Operator, PortError, Ports, PoseSource, Safety
 from drivers.ros.bridge_keys import BridgeKeys
+from drivers.ros.camera import PairingTolerance
 from drivers.ros.topics import RosBattery, RosCamera, RosLidar, RosMap, RosPoseSource
 from drivers.ros.zenoh_link import LinkConfig, ZenohLink
 from drivers.topics import BATTERY, CAMERA_INFO, LIDAR, MAP, color_topic, depth_topic
+from logs.frames.reader import PAIR_TOLERANCE_S
 from openbelief.perception.ports import Perception, TextEncoder
 from robot_app.config import Config, TopicsSection
 from robot_app.local_sensors import open_livox, open_realsense
 from robot_app.perceptions import open_perception, text_encoder_of
 from robot_app.simulation import START_NS, Simulation, simulation
 from sim_fakes.playback.ports import RecordingPorts
+from sim_fakes.playback.roles import PlayedTopics
 
 
 @dataclass(frozen=True)
@@ -121,7 +124,7 @@ def _site(config: Config, opened: ExitStack, stop: Callable[[], str | None]) -> 
     """The clock is the simulation's where a body is simulated (begun at the recording's start), else the wall's."""
     sim, wires, simulated, recording = config.sim, {}, None, None
     if config.ports.uses("replay") and config.replay.recording is not None:
-        recording = RecordingPorts(config.replay.recording)
+        recording = RecordingPorts(config.replay.recording, _played(config))
     if config.ports.uses("sim"):
         start_ns = recording.start_ns if recording else START_NS
         simulated = simulation(sim.scene, seed=sim.seed, start_ns=start_ns, camera_rate_hz=sim.camera_rate_hz)
@@ -139,6 +142,20 @@ def _site(config: Config, opened: ExitStack, stop: Callable[[], str | None]) -> 
         config=config,
         opened=opened,
         stop=stop,
+    )
+
+
+def _played(config: Config) -> PlayedTopics:
+    """`[topics]` and `[pairing]` hold for a replayed recording too."""
+    topics, pairing = config.topics, config.pairing
+    names = {name: getattr(topics, name) for name in TopicsSection.model_fields if name != "battery"}
+    tolerance_s = pairing.tolerance_s if "tolerance_s" in pairing.model_fields_set else PAIR_TOLERANCE_S
+    return PlayedTopics(
+        **names,
+        named=frozenset(topics.model_fields_set),
+        pair_tolerance_s=tolerance_s,
+        depth_offset_s=pairing.depth_offset_s,
+        max_tf_gap_s=pairing.max_tf_gap_s,
     )
 
 
@@ -160,6 +177,9 @@ def _camera(site: Wiring, word: str) -> Camera:
         color=color_topic(wire.topics.color),
         depth=depth_topic(wire.topics.depth),
         camera_info=replace(CAMERA_INFO, name=wire.topics.camera_info),
+        pairing=PairingTolerance(
+            tolerance_s=site.config.pairing.tolerance_s, offset_s=site.config.pairing.depth_offset_s
+        ),
     )
     camera.start()
     return camera
@@ -181,7 +201,7 @@ def _battery(site: Wiring, word: str) -> Battery:
 
 def _poses(site: Wiring, word: str) -> PoseSource:
     wire = _wire(site, word)
-    poses = RosPoseSource(wire.link, site.clock, wire.keys)
+    poses = RosPoseSource(wire.link, site.clock, wire.keys, max_gap_s=site.config.pairing.max_tf_gap_s)
     poses.start()
     return poses
 

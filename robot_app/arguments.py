@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 
 
 def from_one(text: str) -> int:
@@ -10,6 +11,24 @@ def from_one(text: str) -> int:
     if not text.isdigit() or int(text) < 1:
         raise argparse.ArgumentTypeError(f"a whole number from 1, not {text!r}")
     return int(text)
+
+
+def seconds(text: str) -> float:
+    """A number of seconds, from 0."""
+    if not (value := signed_seconds(text)) >= 0:
+        raise argparse.ArgumentTypeError(f"a number of seconds from 0, not {text!r}")
+    return value
+
+
+def signed_seconds(text: str) -> float:
+    """A finite number of seconds."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"a number of seconds, not {text!r}")
+    return value
 
 
 def perception(text: str) -> str:

@@ -120,6 +120,18 @@ class TopicsSection(Section):
     map: str = "/map"
 
 
+class PairingSection(Section):
+    """What belongs together in time, where the robot's ROS nodes are slow or their clocks differ.
+
+    tolerance_s: how far depth may be from its colour image. depth_offset_s: by how much the depth camera's stamps are
+    late. max_tf_gap_s: the longest time between two transforms that is interpolated.
+    """
+
+    tolerance_s: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.0
+    depth_offset_s: Annotated[float, Field(allow_inf_nan=False)] = 0.0
+    max_tf_gap_s: Positive = 0.25
+
+
 class ReplaySection(Section):
     """The recording behind every port whose body is "replay"."""
 
@@ -229,24 +241,6 @@ class RecordingSection(Section):
     stop_bytes: int = Field(default=2_000_000_000, ge=0)
 
 
-class ConsoleSection(Section):
-    """`openbelief run --console`: who may log in, and what it needs to be reached from elsewhere than this machine.
-
-    hosts: names and addresses by which browsers reach it, besides the one that it listens at.
-    """
-
-    accounts: Path | None = None
-    certificate: Path | None = None
-    key: Path | None = None
-    hosts: tuple[str, ...] = ()
-
-    @model_validator(mode="after")
-    def _whole(self) -> ConsoleSection:
-        if (self.certificate is None) != (self.key is None):
-            raise ValueError("certificate and key belong together: name both, or none (openbelief certs makes them)")
-        return self
-
-
 class Config(Section):
     """The whole of robot.toml; relative paths are relative to the file."""
 
@@ -255,13 +249,13 @@ class Config(Section):
     ports: PortsSection = PortsSection()
     zenoh: ZenohSection = ZenohSection()
     topics: TopicsSection = TopicsSection()
+    pairing: PairingSection = PairingSection()
     replay: ReplaySection = ReplaySection()
     sim: SimSection = SimSection()
     recording: RecordingSection = RecordingSection()
     realsense: RealSenseSection = RealSenseSection()
     livox: LivoxSection = LivoxSection()
     onboard: OnboardSection = OnboardSection()
-    console: ConsoleSection = ConsoleSection()
     perception: PerceptionSection = PerceptionSection()
     voice: VoiceSection = VoiceSection()
     mission: MissionPolicy = MissionPolicy()
@@ -338,9 +332,6 @@ def _resolve_paths(config: Config, base: Path) -> Config:
                 update={name: resolved(getattr(config.zenoh, name)) for name in ("ca", "certificate", "key")}
             ),
             "voice": config.voice.model_copy(update={"recogniser": _resolve_model(config.voice.recogniser, base)}),
-            "console": config.console.model_copy(
-                update={name: resolved(getattr(config.console, name)) for name in ("accounts", "certificate", "key")}
-            ),
             "replay": config.replay.model_copy(update={"recording": resolved(config.replay.recording)}),
         }
     )

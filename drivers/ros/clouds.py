@@ -6,43 +6,82 @@ import numpy as np
 
 from drivers.livox.assembler import LivoxCloud
 from drivers.ports import LidarCloud
-from drivers.ros.messages import Message, WireError, header, make, stamp_to_ns
+from drivers.ros.messages import Codec, Message, WireError, codec, header, make, stamp_to_ns
+from openbelief.arrays import Array
 
 FLOATS = {7: "f4", 8: "f8"}  # sensor_msgs/PointField datatypes
 DATATYPES = {"f4": 7, "f8": 8, "u1": 2}
 FIELDS = (("x", "f4"), ("y", "f4"), ("z", "f4"), ("intensity", "f4"), ("tag", "u1"), ("line", "u1"))
 TIMED_FIELDS = (*FIELDS, ("timestamp", "f8"))  # livox_ros_driver2's LivoxPointXyzrtlt, packed: 26 bytes
 
+CUSTOM_MSG = "livox_ros_driver2/msg/CustomMsg"
+
+
+class CloudDecoder:
+    """A decoder of clouds that knows Livox's own message when one comes in a cloud's place."""
+
+    def __init__(self, shapes: Codec | None = None) -> None:
+        self._shapes = shapes or codec()
+
+    def decode(self, payload: bytes, type_name: str) -> Message:
+        """Raises WireError; its text names CustomMsg where it is one."""
+        try:
+            return self._shapes.decode(payload, type_name)
+        except WireError as error:
+            try:
+                self._shapes.decode(payload, CUSTOM_MSG)
+            except WireError:
+                raise error from None
+            raise WireError(
+                "This is a livox CustomMsg, not a PointCloud2: set xfer_format to 0 in the livox driver's launch file, "
+                "and start it again."
+            ) from error
+
 
 def cloud_of(message: Message) -> LidarCloud:
-    """LidarCloud of a sensor_msgs/PointCloud2; points that are not finite, or exactly at 0, are no-returns."""
-    dtype = _point_dtype(message)
-    count = message.width * message.height
-    if message.row_step != message.width * message.point_step or len(message.data) != count * message.point_step:
-        raise WireError(f"A cloud of {count} points of {message.point_step} bytes has {len(message.data)} bytes.")
-    raw = np.ascontiguousarray(message.data).view(dtype)
-    points = np.column_stack([raw[axis] for axis in "xyz"]).astype(np.float32)
+    """LidarCloud of a sensor_msgs/PointCloud2; points that are not finite, or exactly at 0, are no-returns.
+
+    Rows may have padding, row_step may be left 0, a field's count too. Raises WireError.
+    """
+    points = np.column_stack([_packed(message)[axis].ravel() for axis in "xyz"]).astype(np.float32)
     returned = np.isfinite(points).all(axis=1) & points.any(axis=1)
     return LidarCloud(stamp_to_ns(message.header.stamp), points[returned], message.header.frame_id)
+
+
+def _packed(message: Message) -> Array:
+    """(height, width) records with x, y and z, a view of the message's bytes: every size is checked against them."""
+    dtype = _point_dtype(message)
+    width, height, step = int(message.width), int(message.height), int(message.point_step)
+    row = int(message.row_step) or width * step
+    needed = (height - 1) * row + width * step if height else 0
+    data = np.ascontiguousarray(message.data).view(np.uint8)
+    if row < width * step or needed > data.nbytes or (data.nbytes and not width * height):
+        raise WireError(
+            f"A cloud of {height} rows of {width} points of {step} bytes, {row} a row, has {data.nbytes} bytes."
+        )
+    if not width * height:
+        return np.zeros((0, 0), dtype)
+    return np.ndarray((height, width), dtype, data, strides=(row, step))
 
 
 def _point_dtype(message: Message) -> np.dtype:
     fields = {f.name: f for f in message.fields if f.name in ("x", "y", "z")}
     order = ">" if message.is_bigendian else "<"
-    if len(fields) != 3 or any(f.datatype not in FLOATS or f.count != 1 for f in fields.values()):
-        raise WireError("A cloud should have the fields x, y and z, each one float.")
-    formats = [order + FLOATS[f.datatype] for f in fields.values()]
-    try:
-        return np.dtype(
-            {
-                "names": list(fields),
-                "formats": formats,
-                "offsets": [f.offset for f in fields.values()],
-                "itemsize": message.point_step,
-            }
-        )
-    except ValueError as error:
-        raise WireError(f"The fields of this cloud do not fit its point step of {message.point_step}.") from error
+    if len(fields) != 3 or any(f.datatype not in FLOATS or f.count > 1 for f in fields.values()):
+        kinds = ", ".join(f"{f.name} of type {f.datatype}" for f in message.fields) or "none"
+        raise WireError(f"A cloud should have the fields x, y and z, each one float; it has: {kinds}.")
+    formats = {name: np.dtype(order + FLOATS[f.datatype]) for name, f in fields.items()}
+    # Not left to numpy: an offset near 2^31 overflows there and kills the process
+    if any(f.offset + formats[name].itemsize > message.point_step for name, f in fields.items()):
+        raise WireError(f"The fields of this cloud do not fit its point step of {message.point_step}.")
+    return np.dtype(
+        {
+            "names": list(fields),
+            "formats": list(formats.values()),
+            "offsets": [int(f.offset) for f in fields.values()],
+            "itemsize": int(message.point_step),
+        }
+    )
 
 
 def cloud_message(cloud: LidarCloud) -> Message:

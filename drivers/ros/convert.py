@@ -10,9 +10,11 @@ import cv2
 import numpy as np
 
 from drivers.ports import CameraFrame
-from drivers.ros.images import COMPRESSED_DEPTH_HEADER, color_image, depth_image
-from drivers.ros.images import intrinsics as intrinsics_of
+from drivers.ros.calibration import described
+from drivers.ros.calibration import intrinsics as intrinsics_of
+from drivers.ros.images import COMPRESSED_DEPTH_HEADER, color_image, depth_image, fitted_depth
 from drivers.ros.messages import Message, WireError, header, make, stamp_to_ns
+from drivers.ros.refusals import ImageRefused
 from openbelief.arrays import Array
 from openbelief.observation import Intrinsics
 from openbelief.pose import Pose2, quaternion_xyzw, transform
@@ -35,22 +37,27 @@ class StampedTransform:
 # Images (images.py reads them)
 
 
-def camera_frame_of(color: Message, depth: Message, info: Message) -> CameraFrame:
-    """CameraFrame of one colour image (raw or compressed), its aligned depth and its calibration.
+def camera_frame_of(
+    color: Message, depth: Message, info: Message, *, rectified: bool = False, apart_ns: int = 0
+) -> CameraFrame:
+    """CameraFrame of one colour image (raw or compressed), its aligned depth and the camera's calibration.
 
-    Raises ImageRefused where an image cannot be used, WireError where the three do not belong together.
+    apart_ns: how far the stamps of colour and depth may differ; the colour's counts. The calibration is no measurement:
+    its stamp does not count at all. Raises ImageRefused where an image cannot be used, WireError where the three do not
+    belong together.
     """
-    stamps = {stamp_to_ns(m.header.stamp) for m in (color, depth, info)}
-    if len(stamps) != 1:
-        raise WireError(f"Colour, depth and calibration of one frame should have one stamp, got {sorted(stamps)}.")
-    pixels, depth_m, intrinsics = color_image(color), depth_image(depth), intrinsics_of(info)
+    stamps = [stamp_to_ns(m.header.stamp) for m in (color, depth)]
+    if abs(stamps[0] - stamps[1]) > apart_ns:
+        raise WireError(f"Colour and depth of one frame should have one stamp, got {stamps}.")
+    pixels, depth_m, intrinsics = color_image(color), depth_image(depth), intrinsics_of(info, rectified=rectified)
     shape = (intrinsics.height, intrinsics.width)
-    if pixels.shape[:2] != shape or depth_m.shape != shape:
-        raise WireError(
-            f"Colour {pixels.shape[:2]} and depth {depth_m.shape} should be {shape}, as the calibration says: "
-            "publish depth aligned to colour."
-        )
-    return CameraFrame(stamps.pop(), pixels, depth_m, intrinsics, color.header.frame_id)
+    if pixels.shape[:2] != shape:
+        raise WireError(f"Colour {pixels.shape[:2]} should be {shape}, as the calibration says ({described(info)}).")
+    try:
+        depth_m = fitted_depth(depth_m, shape)
+    except ImageRefused as refused:
+        raise WireError(f"{refused} Publish depth aligned to colour.") from refused
+    return CameraFrame(stamps[0], pixels, depth_m, intrinsics, color.header.frame_id)
 
 
 def color_message(stamp_ns: int, frame_id: str, color: Array) -> Message:

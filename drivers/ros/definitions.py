@@ -14,6 +14,13 @@ SERVICES = {
     "std_srvs/srv/Trigger_Response": "bool success\nstring message",
 }
 
+LIVOX = {  # livox_ros_driver2 1.2.4: what comes on a cloud's topic with xfer_format 1
+    "livox_ros_driver2/msg/CustomPoint": "uint32 offset_time\nfloat32 x\nfloat32 y\nfloat32 z\n"
+    "uint8 reflectivity\nuint8 tag\nuint8 line",
+    "livox_ros_driver2/msg/CustomMsg": "std_msgs/Header header\nuint64 timebase\nuint32 point_num\nuint8 lidar_id\n"
+    "uint8[3] rsvd\nlivox_ros_driver2/CustomPoint[] points",
+}
+
 NAVIGATE_GOAL = "geometry_msgs/PoseStamped pose\nstring behavior_tree"
 NAVIGATE_FEEDBACK = """geometry_msgs/PoseStamped current_pose
 builtin_interfaces/Duration navigation_time
@@ -55,7 +62,7 @@ ACTIONS = {
 
 def definitions(distribution: str) -> dict[str, str]:
     """Type name -> text, in the order in which they need each other."""
-    texts = dict(SERVICES)
+    texts = SERVICES | LIVOX
     for action, (goal, result, feedback) in ACTIONS[distribution].items():
         texts |= action_definitions(f"nav2_msgs/action/{action}", goal, result, feedback)
     return texts

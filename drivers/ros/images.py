@@ -8,53 +8,49 @@ from typing import Any
 import cv2
 import numpy as np
 
-from drivers.ros.image_size import declared_size
+from drivers.ros import rvl
+from drivers.ros.encodings import COLOR_ENCODINGS
+from drivers.ros.image_size import JPEG, PNG, declared_size
+from drivers.ros.refusals import ImageReason, ImageRefused
 from openbelief.arrays import Array
-from openbelief.observation import Intrinsics
 
 IMAGE, COMPRESSED_IMAGE = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
-CHANNELS = {"rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4, "mono8": 1}
-TO_RGB = {
-    "bgr8": cv2.COLOR_BGR2RGB,
-    "rgba8": cv2.COLOR_RGBA2RGB,
-    "bgra8": cv2.COLOR_BGRA2RGB,
-    "mono8": cv2.COLOR_GRAY2RGB,
-}
 DEPTH_TYPES = {"16UC1": "u2", "32FC1": "f4", "mono16": "u2"}
-PNG = b"\x89PNG\r\n\x1a\n"
 COMPRESSED_DEPTH_HEADER = struct.Struct("<iff")  # compressedDepth: format, quantisation A and B
-DISTORTION_MODELS = ("", "plumb_bob", "rational_polynomial")
-DISTORTION_LENGTHS = (0, 4, 5, 8, 12, 14)  # what OpenCV takes
+RVL_SIZE = struct.Struct("<II")  # width and height, between that header and the stream
 MAX_PIXELS = 1 << 26
-
-
-class ImageRefused(ValueError):
-    """An image or a calibration cannot be used. `reason` is short and the same for all of its kind."""
-
-    def __init__(self, reason: str, detail: str) -> None:
-        super().__init__(detail)
-        self.reason = reason
+PNG_KIND = slice(24, 26)  # bit depth and colour type
+PNG_GRAY_16 = b"\x10\x00"
 
 
 def is_depth(message: Any) -> bool:
-    """Whether an Image or CompressedImage says that it holds depth."""
-    if message.__msgtype__ == COMPRESSED_IMAGE:
-        return "compressedDepth" in message.format or message.format.split(";")[0].strip() in DEPTH_TYPES
-    return message.encoding in DEPTH_TYPES
+    """Whether an Image or CompressedImage holds depth: its encoding or format says so, or it is a 16-bit grey PNG."""
+    if message.__msgtype__ != COMPRESSED_IMAGE:
+        return message.encoding in DEPTH_TYPES
+    if "compressedDepth" in message.format or message.format.split(";")[0].strip() in DEPTH_TYPES:
+        return True
+    head = bytes(message.data[: PNG_KIND.stop])
+    return head.startswith(PNG) and head[PNG_KIND] == PNG_GRAY_16
 
 
 def color_image(message: Any) -> Array:
-    """(h, w, 3) uint8 RGB of an Image (rgb8, bgr8, rgba8, bgra8, mono8) or CompressedImage (jpeg, png).
+    """(h, w, 3) uint8 RGB of an Image (`COLOR_ENCODINGS`) or CompressedImage (jpeg, png).
 
     Raises ImageRefused.
     """
     if message.__msgtype__ == COMPRESSED_IMAGE:
-        return cv2.cvtColor(_decompress(message.data, cv2.IMREAD_COLOR, message.format), cv2.COLOR_BGR2RGB)
-    if message.encoding not in CHANNELS:
-        known = ", ".join(CHANNELS)
-        raise ImageRefused("colour encoding not supported", f"Colour is {message.encoding!r}; known are {known}.")
-    pixels = _rows(message, "u1", CHANNELS[message.encoding])
-    return cv2.cvtColor(pixels, TO_RGB[message.encoding]) if message.encoding in TO_RGB else pixels
+        pixels = _decompress(message.data, cv2.IMREAD_COLOR, message.format, ImageReason.COLOR_ENCODING)
+        # image_transport says how it ordered the channels before it compressed them; JPEG and PNG think in RGB
+        return pixels if _order_of(message.format).startswith("rgb") else cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB)
+    encoding = COLOR_ENCODINGS.get(message.encoding)
+    if encoding is None:
+        known = ", ".join(COLOR_ENCODINGS)
+        raise ImageRefused(ImageReason.COLOR_ENCODING, f"Colour is {message.encoding!r}; known are {known}.")
+    if encoding.even and (message.width % 2 or message.height % 2):
+        raise ImageRefused(
+            ImageReason.MALFORMED, f"{message.encoding} of {message.width}x{message.height}: both should be even."
+        )
+    return encoding.to_rgb(_rows(message, encoding.dtype, encoding.channels, encoding.rows))
 
 
 def depth_image(message: Any) -> Array:
@@ -66,47 +62,59 @@ def depth_image(message: Any) -> Array:
         return _measured(_compressed_depth(bytes(message.data), message.format))
     if message.encoding not in DEPTH_TYPES:
         known = ", ".join(DEPTH_TYPES)
-        raise ImageRefused("depth encoding not supported", f"Depth is {message.encoding!r}; known are {known}.")
+        raise ImageRefused(ImageReason.DEPTH_ENCODING, f"Depth is {message.encoding!r}; known are {known}.")
     values = _rows(message, DEPTH_TYPES[message.encoding], 1)[:, :, 0]
     return _measured(values if message.encoding == "32FC1" else values.astype(np.float32) / np.float32(1000))
 
 
-def intrinsics(message: Any) -> Intrinsics:
-    """The camera of a CameraInfo (its K and D: the raw image); raises ImageRefused where it is no calibration."""
-    k, d = np.asarray(message.k, float), np.asarray(message.d, float)
-    if not (np.isfinite(k).all() and np.isfinite(d).all() and k[0] > 0 and k[4] > 0):
-        raise ImageRefused("camera info is not a calibration", f"CameraInfo K {k.tolist()} and D {d.tolist()}.")
-    if d.any() and (message.distortion_model not in DISTORTION_MODELS or len(d) not in DISTORTION_LENGTHS):
-        known = f"{len(d)} coefficients of {message.distortion_model!r}"
-        raise ImageRefused("distortion model not supported", f"CameraInfo has {known}; record a rectified image.")
-    distortion = tuple(d.tolist()) if d.any() else ()
-    return Intrinsics(int(message.width), int(message.height), k[0], k[4], k[2], k[5], distortion)
+def fitted_depth(depth_m: Array, shape: tuple[int, int]) -> Array:
+    """Depth that sees what colour sees, in its (height, width): each pixel takes the nearest. Raises ImageRefused.
+
+    Only the same proportions are the same view.
+    """
+    (height, width), (h, w) = shape, depth_m.shape
+    if height * w != width * h:
+        raise ImageRefused(ImageReason.SIZES, f"Colour has {width}x{height} pixels, depth {w}x{h}: not one view.")
+    return depth_m if (h, w) == shape else cv2.resize(depth_m, (width, height), interpolation=cv2.INTER_NEAREST)
 
 
-def _rows(message: Any, dtype: str, channels: int) -> Array:
+def _order_of(description: str) -> str:
+    """ "rgb8; jpeg compressed bgr8" -> "bgr8", what went into the compressor; "" where it is not said."""
+    return description.rpartition("compressed")[2].strip() if "compressed" in description else ""
+
+
+def _rows(message: Any, dtype: str, channels: int, halves: int = 2) -> Array:
     """(h, w, channels) of a raw image, honouring its byte order and the padding at the end of each row."""
     kind = np.dtype(dtype).newbyteorder(">" if message.is_bigendian else "<")
-    height, width, step = int(message.height), int(message.width), int(message.step)
+    height, width, step = int(message.height) * halves // 2, int(message.width), int(message.step)
     row = width * channels * kind.itemsize
-    if not (0 < height * width <= MAX_PIXELS and step >= row and len(message.data) >= height * step):
+    if not (0 < height * width <= MAX_PIXELS and step >= row and len(message.data) >= (height - 1) * step + row):
         raise ImageRefused(
-            "image is malformed",
+            ImageReason.MALFORMED,
             f"{len(message.data)} bytes are not {height} rows of {step} with {width} {message.encoding} pixels.",
         )
-    rows = np.frombuffer(message.data, np.uint8)[: height * step].reshape(height, step)[:, :row]
+    data = np.frombuffer(message.data, np.uint8)[: height * step]
+    if len(data) < height * step:  # the last row may come without its padding
+        data = np.concatenate((data, np.zeros(height * step - len(data), np.uint8)))
+    rows = data.reshape(height, step)[:, :row]
     return np.ascontiguousarray(rows).view(kind).reshape(height, width, channels).astype(dtype, copy=False)
 
 
 def _compressed_depth(data: bytes, description: str) -> Array:
-    """(h, w) float32 metres from compressed_depth_image_transport's PNG, or from a plain 16-bit PNG."""
+    """(h, w) float32 metres from compressed_depth_image_transport's PNG or RVL, or from a plain 16-bit PNG."""
     start = data.find(PNG, 0, COMPRESSED_DEPTH_HEADER.size + len(PNG))
-    if start not in (0, COMPRESSED_DEPTH_HEADER.size):
-        raise ImageRefused("depth encoding not supported", f"Compressed depth {description!r} holds no PNG.")
-    values = _decompress(data[start:], cv2.IMREAD_UNCHANGED, description)
-    if values.ndim != 2 or values.dtype != np.uint16:
-        raise ImageRefused(
-            "depth encoding not supported", f"Compressed depth {description!r} is not one 16-bit channel."
-        )
+    if start in (0, COMPRESSED_DEPTH_HEADER.size):
+        values = _decompress(data[start:], cv2.IMREAD_UNCHANGED, description, ImageReason.DEPTH_ENCODING)
+        if values.ndim != 2 or values.dtype != np.uint16:
+            raise ImageRefused(
+                ImageReason.DEPTH_ENCODING, f"Compressed depth {description!r} is not one 16-bit channel."
+            )
+    elif "rvl" in description.lower():
+        start, values = COMPRESSED_DEPTH_HEADER.size, _rvl(data[COMPRESSED_DEPTH_HEADER.size :], description)
+    else:
+        jpeg = data.startswith(JPEG)
+        what = "is a JPEG, which has 8 bits and is lossy: depth needs 16-bit PNG" if jpeg else "holds no PNG"
+        raise ImageRefused(ImageReason.DEPTH_ENCODING, f"Compressed depth {description!r} {what}.")
     if description.startswith("32FC1") and start:  # inverse depth, quantised: z = A / (value - B)
         _, a, b = COMPRESSED_DEPTH_HEADER.unpack_from(data)
         inverse_depth = np.where(values > 0, values - np.float32(b), np.inf)
@@ -114,8 +122,25 @@ def _compressed_depth(data: bytes, description: str) -> Array:
     return values.astype(np.float32) / np.float32(1000)
 
 
-def _decompress(data: Any, flags: int, description: str) -> Array:
+def _rvl(data: bytes, description: str) -> Array:
+    """(h, w) uint16."""
+    try:
+        width, height = RVL_SIZE.unpack_from(data)
+        if not 0 < width * height <= MAX_PIXELS:
+            raise rvl.RvlError(f"it says that it has {width}x{height} pixels")
+        return rvl.decode(data[RVL_SIZE.size :], width * height).reshape(height, width)
+    except (struct.error, rvl.RvlError) as error:
+        raise ImageRefused(
+            ImageReason.MALFORMED, f"{len(data)} bytes of {description!r} do not decode: {error}."
+        ) from error
+
+
+def _decompress(data: Any, flags: int, description: str, unknown: ImageReason) -> Array:
+    """unknown: the reason where it is neither JPEG nor PNG, and does not claim to be."""
     encoded = np.frombuffer(data, np.uint8)
+    head = encoded[: len(PNG)].tobytes()
+    if not head.startswith((PNG, JPEG)) and not any(word in description.lower() for word in ("jpeg", "jpg", "png")):
+        raise ImageRefused(unknown, f"{encoded.size} bytes of {description!r} are neither JPEG nor PNG.")
     image = None
     try:
         width, height = declared_size(encoded.tobytes())
@@ -123,10 +148,10 @@ def _decompress(data: Any, flags: int, description: str) -> Array:
             image = cv2.imdecode(encoded, flags)
     except (ValueError, cv2.error) as error:
         raise ImageRefused(
-            "image is malformed", f"{encoded.size} bytes of {description!r} do not decode: {error}."
+            ImageReason.MALFORMED, f"{encoded.size} bytes of {description!r} do not decode: {error}."
         ) from error
     if image is None:
-        raise ImageRefused("image is malformed", f"{encoded.size} bytes of {description!r} do not decode.")
+        raise ImageRefused(ImageReason.MALFORMED, f"{encoded.size} bytes of {description!r} do not decode.")
     return image
 
 

@@ -29,6 +29,12 @@ ZERO = {"bool": False, "float32": 0.0, "float64": 0.0, "string": ""}
 NUMPY = {"bool": "bool", "char": "uint8", "byte": "uint8"}
 DEFAULTS = {"geometry_msgs/msg/Quaternion": {"w": 1.0}}  # the one type in use whose .msg file says so
 NAN_IS_UNMEASURED = {"sensor_msgs/msg/BatteryState"}  # by its .msg file; the others' numbers are there or wrong
+# Types of which one part may be NaN while the rest is good: who reads them checks each number that it uses.
+CHECKED_BY_THE_READER = {
+    "sensor_msgs/msg/CameraInfo",  # P, R or D of drivers that fill in only K
+    "sensor_msgs/msg/Imu",  # orientations that nobody estimates
+    "tf2_msgs/msg/TFMessage",  # one wheel without an encoder beside the robot's pose
+}
 
 
 class WireError(ValueError):
@@ -53,8 +59,9 @@ class Codec:
     def decode(self, payload: bytes, type_name: str) -> Message:
         """The message; raises WireError on a wrong encapsulation, missing or left-over bytes, and numbers not finite.
 
-        Where a type says that NaN is "not measured" (`NAN_IS_UNMEASURED`), NaN stays for the reader to judge. Arrays
-        are read-only views of `payload`.
+        Where a type says that NaN is "not measured" (`NAN_IS_UNMEASURED`), NaN stays for the reader to judge. Of the
+        types `CHECKED_BY_THE_READER` the numbers are left to the reader, one by one. Arrays are read-only views of
+        `payload`.
         """
         self._known(type_name)
         try:
@@ -167,7 +174,7 @@ def _check_finite(value: Any, path: str, *, or_nan: bool = False) -> None:
     elif isinstance(value, list):
         for item in value:
             _check_finite(item, f"{path}[]", or_nan=or_nan)
-    elif hasattr(value, "__msgtype__"):
+    elif hasattr(value, "__msgtype__") and value.__msgtype__ not in CHECKED_BY_THE_READER:
         or_nan = value.__msgtype__ in NAN_IS_UNMEASURED
         for name, item in vars(value).items():
             _check_finite(item, f"{path}.{name}", or_nan=or_nan)

@@ -6,7 +6,10 @@ import logging
 from collections.abc import Callable
 from typing import Protocol
 
-from drivers.ros.messages import Message
+from drivers.ros.bridge_keys import Keys
+from drivers.ros.messages import Message, codec
+from drivers.ros.zenoh_link import ZenohLink
+from drivers.topics import Topic
 
 logger = logging.getLogger(__name__)
 
@@ -28,6 +31,8 @@ class Subscription:
         self.received = 0
         self.dropped = 0
         self.reason = ""  # of the newest drop
+        self.parts = 0  # of messages otherwise good
+        self.part_reason = ""
 
     def __call__(self, payload: bytes) -> None:
         if len(payload) > self._max_bytes:
@@ -46,6 +51,24 @@ class Subscription:
         if self.dropped & (self.dropped - 1) == 0:  # 1, 2, 4, 8 ...: a bad publisher must not flood the log
             logger.warning("%s: %d message(s) dropped so far, the last because: %s", self._what, self.dropped, reason)
 
+    def spoilt(self, reason: str) -> None:
+        """Count a part of a message that cannot be used, while the rest is."""
+        self.parts, self.part_reason = self.parts + 1, reason
+        if self.parts & (self.parts - 1) == 0:
+            logger.warning("%s: %d part(s) not used so far, the last: %s", self._what, self.parts, reason)
+
     def trouble(self) -> str:
         """A sentence on what was dropped, empty where nothing was."""
-        return f" {self.dropped} messages were dropped, the last because: {self.reason}" if self.dropped else ""
+        dropped = f" {self.dropped} messages were dropped, the last because: {self.reason}" if self.dropped else ""
+        return dropped + (
+            f" {self.parts} parts of messages were not used, the last: {self.part_reason}" * bool(self.parts)
+        )
+
+
+def listen(
+    link: ZenohLink, keys: Keys, topic: Topic, use: Callable[[Message], None], decoder: Decoder | None = None
+) -> Subscription:
+    """Subscribe to a topic behind the door that drops what cannot be used."""
+    intake = Subscription(topic.name, topic.type_name, topic.max_bytes, decoder or codec(), use)
+    link.subscribe(keys.topic(topic), intake, history=topic.latched)
+    return intake

@@ -7,101 +7,24 @@ A robot whose clock is set, ahead or back, is followed at its next message; whil
 from __future__ import annotations
 
 import math
-import threading
 from collections.abc import Callable
 
-from drivers.ports import BatteryState, CameraFrame, Clock, LidarCloud, PoseUnavailable, StaleData, StampedPose
+from drivers.ports import BatteryState, Clock, LidarCloud, PoseUnavailable, StaleData, StampedPose
 from drivers.ros.bridge_keys import BridgeKeys, Keys
-from drivers.ros.clouds import cloud_of
-from drivers.ros.convert import camera_frame_of, grid_of, transforms_of
-from drivers.ros.messages import Codec, Message, WireError, codec, stamp_to_ns
-from drivers.ros.subscription import Subscription
-from drivers.ros.transform_tree import TransformNotYet, TransformTree
+from drivers.ros.camera import RosCamera
+from drivers.ros.clouds import CloudDecoder, cloud_of
+from drivers.ros.convert import grid_of, transforms_of
+from drivers.ros.messages import Message, WireError, stamp_to_ns
+from drivers.ros.subscription import Subscription, listen
+from drivers.ros.transform_tree import MAX_GAP_S, TransformNotYet, TransformTree, rigid
 from drivers.ros.zenoh_link import ZenohLink
 from drivers.stamps import is_news, require_fresh
-from drivers.topics import BATTERY, CAMERA_INFO, COLOR, DEPTH, LIDAR, MAP, TF, TF_STATIC, Topic
+from drivers.topics import BATTERY, LIDAR, MAP, TF, TF_STATIC, Topic
 from openbelief.arrays import Array
 from openbelief.pose import Pose2
 from openbelief.traversability import OccupancyGrid
 
-PAIRING = 8  # colour, depth or calibration that wait for their partners, at most
-
-
-def listen(
-    link: ZenohLink, keys: Keys, topic: Topic, use: Callable[[Message], None], shapes: Codec | None = None
-) -> Subscription:
-    """Subscribe to a topic behind the door that drops what cannot be used."""
-    intake = Subscription(topic.name, topic.type_name, topic.max_bytes, shapes or codec(), use)
-    link.subscribe(keys.topic(topic), intake, history=topic.latched)
-    return intake
-
-
-class RosCamera:
-    """The Camera port: colour (raw or compressed), aligned depth and calibration of one stamp make a frame."""
-
-    def __init__(
-        self,
-        link: ZenohLink,
-        clock: Clock,
-        keys: Keys | None = None,
-        *,
-        color: Topic = COLOR,
-        depth: Topic = DEPTH,
-        camera_info: Topic = CAMERA_INFO,
-    ) -> None:
-        self._link, self._clock, self._keys = link, clock, keys or BridgeKeys()
-        self._topics = (color, depth, camera_info)
-        self._intakes: list[Subscription] = []
-        self._waiting: dict[int, dict[int, Message]] = {}  # stamp -> part -> message
-        self._newest: tuple[int, tuple[Message, ...]] | None = None
-        self._frame: CameraFrame | None = None
-        self._lock = threading.Lock()
-
-    def start(self) -> None:
-        """Begin to listen; it ends with the link."""
-        for part, topic in enumerate(self._topics):
-            self._intakes.append(listen(self._link, self._keys, topic, self._collector(part)))
-
-    def latest(self, max_age_s: float) -> CameraFrame:
-        self._link.check()
-        with self._lock:
-            newest = self._newest
-        if newest is None:
-            heard = ", ".join(f"{t.name}: {i.received}" for t, i in zip(self._topics, self._intakes, strict=False))
-            raise StaleData(f"No camera image yet (messages so far: {heard}).{self._trouble()}")
-        require_fresh("Camera", newest[0], self._clock.now_ns(), max_age_s, self._trouble())
-        return self._decoded(*newest)
-
-    def _decoded(self, stamp_ns: int, parts: tuple[Message, ...]) -> CameraFrame:
-        """Decoded when asked for (a JPEG takes 3 ms), and once."""
-        if self._frame is None or self._frame.stamp_ns != stamp_ns:
-            try:
-                self._frame = camera_frame_of(*parts)
-            except ValueError as error:
-                self._intakes[0].drop(str(error))
-                raise StaleData(f"The newest camera image cannot be used: {error}") from error
-        return self._frame
-
-    def _collector(self, part: int) -> Callable[[Message], None]:
-        def collect(message: Message) -> None:
-            stamp_ns = stamp_to_ns(message.header.stamp)
-            with self._lock:
-                parts = self._waiting.setdefault(stamp_ns, {})
-                parts[part] = message
-                if len(parts) == len(self._topics):
-                    self._complete(stamp_ns)
-                elif len(self._waiting) > PAIRING:
-                    del self._waiting[next(iter(self._waiting))]
-
-        return collect
-
-    def _complete(self, stamp_ns: int) -> None:
-        parts = self._waiting.pop(stamp_ns)
-        if self._newest is None or is_news(stamp_ns, self._newest[0]):
-            self._newest = (stamp_ns, tuple(parts[i] for i in range(len(self._topics))))
-
-    def _trouble(self) -> str:
-        return "".join(intake.trouble() for intake in self._intakes)
+__all__ = ["RosBattery", "RosCamera", "RosLidar", "RosMap", "RosPoseSource"]
 
 
 class RosLidar:
@@ -113,7 +36,7 @@ class RosLidar:
         self._intake: Subscription | None = None
 
     def start(self) -> None:
-        self._intake = listen(self._link, self._keys, self._topic, self._keep)
+        self._intake = listen(self._link, self._keys, self._topic, self._keep, CloudDecoder())
 
     def latest(self, max_age_s: float) -> LidarCloud:
         self._link.check()
@@ -190,12 +113,21 @@ class RosPoseSource:
     """The PoseSource port over /tf and /tf_static.
 
     patience_s: how long a stamp newer than the newest transform is waited for, by the clock; images often come first.
+    max_gap_s: the longest time between two transforms that is interpolated; slow localisers need more than usual.
     """
 
-    def __init__(self, link: ZenohLink, clock: Clock, keys: Keys | None = None, *, patience_s: float = 0.3) -> None:
+    def __init__(
+        self,
+        link: ZenohLink,
+        clock: Clock,
+        keys: Keys | None = None,
+        *,
+        patience_s: float = 0.3,
+        max_gap_s: float = MAX_GAP_S,
+    ) -> None:
         self._link, self._clock, self._keys = link, clock, keys or BridgeKeys()
         self._patience_s = patience_s
-        self._tree = TransformTree(horizon_s=10.0)
+        self._tree = TransformTree(max_gap_s=max_gap_s, horizon_s=10.0)
         self._intakes: list[Subscription] = []
 
     def start(self) -> None:
@@ -233,6 +165,11 @@ class RosPoseSource:
     def _adder(self, static: bool) -> Callable[[Message], None]:
         def add(message: Message) -> None:
             for t in transforms_of(message):
-                self._tree.add(t.stamp_ns, t.parent, t.child, t.translation, t.quaternion_xyzw, static=static)
+                sample = rigid(t.translation, t.quaternion_xyzw)
+                if sample is None:
+                    self._intakes[static].spoilt(
+                        f"the transform {t.parent} -> {t.child} is not rigid (NaN, or no rotation)"
+                    )
+                self._tree.add_sample(t.stamp_ns, t.parent, t.child, sample, static=static)
 
         return add

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import threading
-from bisect import bisect_left
+from bisect import bisect_left, insort
+
+import numpy as np
 
 from drivers.ports import PoseUnavailable
 from drivers.stamps import set_back
@@ -31,13 +34,29 @@ class TransformInvalid(PoseUnavailable):
     """A bracketing sample is not a rigid transform (NaN, zero quaternion), or a frame has two parents."""
 
 
+class TransformDisputed(TransformInvalid):
+    """Two nodes publish an edge around the stamp, and disagree."""
+
+
+MAX_GAP_S = 0.25
+DISPUTE_M, DISPUTE_M_S = 0.05, 1.5  # there and back, farther and faster than a walking robot's odometry goes
+DISPUTE_RAD, DISPUTE_RAD_S = 0.1, 5.0
+DISPUTES = 3  # so many within DISPUTE_NS of a stamp; one or two are outliers of one publisher
+DISPUTE_NS = 1_000_000_000
+
+
 class Edge:
-    """The samples T_parent_child of one edge, by stamp. A sample that is no rigid transform is kept as None."""
+    """The samples T_parent_child of one edge, by stamp. A sample that is no rigid transform is kept as None.
+
+    disputes: the stamps of samples that lie off both neighbours, which agree: another node publishes this edge, too.
+    """
 
     def __init__(self, parent: str, child: str) -> None:
         self.parent, self.child = parent, child
         self.stamps: list[int] = []
         self.samples: list[Array | None] = []
+        self.disputes: list[int] = []
+        self.apart_m = 0.0  # the most that two of them disagreed
 
     def add(self, stamp_ns: int, sample: Array | None, horizon_ns: int | None) -> None:
         """Out-of-order stamps are sorted in; a repeated stamp keeps its first sample, as tf2 does.
@@ -47,14 +66,53 @@ class Edge:
         if horizon_ns is not None and self.stamps and set_back(stamp_ns, self.stamps[-1]):
             self.stamps.clear()
             self.samples.clear()
+            self.disputes.clear()
         at = bisect_left(self.stamps, stamp_ns)
         if at < len(self.stamps) and self.stamps[at] == stamp_ns:
+            self._compare(stamp_ns, self.samples[at], sample)
             return
         self.stamps.insert(at, stamp_ns)
         self.samples.insert(at, sample)
+        self._look_around(min(at, len(self.stamps) - 2))
         if horizon_ns is not None:
             drop = bisect_left(self.stamps, self.stamps[-1] - horizon_ns)
             del self.stamps[:drop], self.samples[:drop]
+            del self.disputes[: bisect_left(self.disputes, self.stamps[0])]
+
+    def _compare(self, stamp_ns: int, first: Array | None, second: Array | None) -> None:
+        """Two samples of one stamp."""
+        if first is not None and second is not None:
+            metres, radians = _apart(first, second)
+            if metres > DISPUTE_M or radians > DISPUTE_RAD:
+                self._dispute(stamp_ns, metres)
+
+    def _look_around(self, at: int) -> None:
+        """Whether the sample there lies off its two neighbours, while those agree."""
+        if at < 1 or at + 1 >= len(self.stamps):
+            return
+        before, here, after = self.samples[at - 1 : at + 2]
+        if before is None or here is None or after is None:
+            return
+        seconds = min(self.stamps[at] - self.stamps[at - 1], self.stamps[at + 1] - self.stamps[at]) / 1e9
+        there, back, around = _apart(before, here), _apart(here, after), _apart(before, after)
+        for limit, speed, i in ((DISPUTE_M, DISPUTE_M_S, 0), (DISPUTE_RAD, DISPUTE_RAD_S, 1)):
+            jump = min(there[i], back[i])
+            if jump > max(limit, speed * seconds) and around[i] < jump / 2:
+                self._dispute(self.stamps[at], there[0])
+                return
+
+    def _dispute(self, stamp_ns: int, metres: float) -> None:
+        insort(self.disputes, stamp_ns)
+        self.apart_m = max(self.apart_m, metres)
+
+    def require_one_publisher(self, stamp_ns: int) -> None:
+        near = bisect_left(self.disputes, stamp_ns + DISPUTE_NS) - bisect_left(self.disputes, stamp_ns - DISPUTE_NS)
+        if near >= DISPUTES:
+            raise TransformDisputed(self.quarrel)
+
+    @property
+    def quarrel(self) -> str:
+        return f"Two nodes publish the transform {self.name} and disagree by up to {self.apart_m:.2f} m: stop one."
 
     def at(self, stamp_ns: int, max_gap_ns: int) -> Array:
         """(4, 4) T_parent_child at that stamp; raises as `TransformTree.lookup` does."""
@@ -82,9 +140,26 @@ class Edge:
 
     def _valid(self, index: int) -> Array:
         sample = self.samples[index]
+        if self.disputes:
+            self.require_one_publisher(self.stamps[index])
         if sample is None:
             raise TransformInvalid(f"A transform {self.name} at the stamp is not rigid (NaN or a zero quaternion).")
         return sample
+
+
+def rigid(translation: list[float] | Array, quaternion_xyzw: list[float] | Array) -> Array | None:
+    """(4, 4) of a transform message; None where it is not rigid (NaN, or no rotation)."""
+    try:
+        return transform(translation, quaternion_xyzw)
+    except ValueError:
+        return None
+
+
+def _apart(a: Array, b: Array) -> tuple[float, float]:
+    """Metres and radians between two transforms."""
+    x, y, z = (b[:3, 3] - a[:3, 3]).tolist()
+    cosine = (float(np.einsum("ij,ij->", a[:3, :3], b[:3, :3])) - 1) / 2
+    return math.sqrt(x * x + y * y + z * z), math.acos(min(max(cosine, -1.0), 1.0))
 
 
 class TransformTree:
@@ -94,7 +169,7 @@ class TransformTree:
     behind the newest of their edge; None keeps all (a recording).
     """
 
-    def __init__(self, *, max_gap_s: float = 0.25, horizon_s: float | None = None) -> None:
+    def __init__(self, *, max_gap_s: float = MAX_GAP_S, horizon_s: float | None = None) -> None:
         self._max_gap_ns = round(max_gap_s * 1e9)
         self._horizon_ns = None if horizon_s is None else round(horizon_s * 1e9)
         self._edges: dict[str, Edge] = {}  # by child
@@ -116,20 +191,25 @@ class TransformTree:
 
         What is not a rigid transform is remembered as such: a lookup that needs it is refused with TransformInvalid.
         """
+        self.add_sample(stamp_ns, parent, child, rigid(translation, quaternion_xyzw), static=static)
+
+    def add_sample(self, stamp_ns: int, parent: str, child: str, sample: Array | None, *, static: bool = False) -> None:
+        """`add` of what `rigid` made. A static edge keeps what it had where the new one is no rigid transform."""
         parent, child = parent.lstrip("/"), child.lstrip("/")
-        try:
-            sample: Array | None = transform(translation, quaternion_xyzw)
-        except ValueError:
-            sample = None
         with self._lock:
             known = self._edges.get(child) or self._static.get(child)
             if parent == child or (known and known.parent != parent):
                 self._two_parents[child] = parent
-            elif static:
+            elif static and (sample is not None or child not in self._static):
                 self._static[child] = Edge(parent, child)
                 self._static[child].add(stamp_ns, sample, None)
-            else:
+            elif not static:
                 self._edges.setdefault(child, Edge(parent, child)).add(stamp_ns, sample, self._horizon_ns)
+
+    def quarrels(self) -> list[str]:
+        """A sentence for each edge that two nodes published and disagreed on."""
+        with self._lock:
+            return [edge.quarrel for edge in self._edges.values() if len(edge.disputes) >= DISPUTES]
 
     def lookup(self, stamp_ns: int, target: str, source: str) -> Array:
         """(4, 4) float64 T_target_source at that stamp: `p_target = T_target_source @ p_source`.

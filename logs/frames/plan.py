@@ -1,4 +1,4 @@
-"""Which frames a recording holds: topics found by type, images paired by stamp, poses looked up; the rest is counted.
+"""Which frames a recording holds: topics chosen, images paired by stamp, poses looked up; the rest is counted.
 
 Nothing here decodes a picture, so a whole recording is planned in seconds and progress has a total.
 """
@@ -7,53 +7,24 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections import Counter, defaultdict
-from collections.abc import Collection
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass
+from statistics import median
 
 import numpy as np
-from rosbags.serde import SerdeError
 
 from drivers.ports import PoseUnavailable
-from drivers.ros.convert import transforms_of
-from drivers.ros.images import COMPRESSED_IMAGE, IMAGE, ImageRefused, intrinsics, is_depth
-from drivers.ros.messages import Message, WireError, codec, decode, stamp_to_ns
-from drivers.ros.transform_tree import (
-    TransformInvalid,
-    TransformMissing,
-    TransformNotYet,
-    TransformStale,
-    TransformTooOld,
-    TransformTree,
-)
-from logs.mcap_io.reader import LogMessage, LogReader
+from drivers.ros.calibration import is_rectified
+from drivers.ros.encodings import NAMELESS
+from drivers.ros.messages import Message
+from drivers.ros.refusals import ImageRefused
+from drivers.ros.transform_tree import TransformMissing, TransformTree
+from logs.frames.calibrations import Calibrations
+from logs.frames.reasons import TRANSFORM_REASONS, FrameReason, RecordingError, Skip, SkipFrame
+from logs.frames.scan import ImageHead, Scan
+from logs.frames.topics import PREFERRED_COLOR, PREFERRED_DEPTH, RecordingTopics, base, choose, unread
 from openbelief.arrays import Array
 from openbelief.observation import Intrinsics
-
-CAMERA_INFO, TF = "sensor_msgs/msg/CameraInfo", "tf2_msgs/msg/TFMessage"
-GRID, MAP_TOPIC = "nav_msgs/msg/OccupancyGrid", "/map"
-TRANSFORM_REASONS: dict[type[PoseUnavailable], str] = {
-    TransformMissing: "no transform to the map",
-    TransformNotYet: "no transform at its stamp",
-    TransformTooOld: "no transform at its stamp",
-    TransformStale: "stale transform",
-    TransformInvalid: "invalid transform",
-}
-PREFERRED_COLOR = ("color", "rgb")
-PREFERRED_DEPTH = ("aligned", "registered", "depth")
-
-
-class RecordingError(ValueError):
-    """The recording as a whole cannot give frames; one line with the cause and the remedy."""
-
-
-@dataclass(frozen=True)
-class RecordingTopics:
-    """Which topics to read; None finds the only one of its kind."""
-
-    color: str | None = None
-    depth: str | None = None
-    camera_info: str | None = None
 
 
 @dataclass(frozen=True)
@@ -64,49 +35,46 @@ class PlanOptions:
     map_frame: str
     stride: int
     pair_tolerance_s: float
+    depth_offset_s: float = 0.0
+    depth_is_aligned: bool = False
 
 
 @dataclass(frozen=True)
-class Skip:
-    """A colour image that gives no frame. reason: the same for all of its kind; detail: this one's."""
+class RecordingFile:
+    """What is said of a recording in a refusal. number: of the file among those that were scanned together."""
 
-    index: int
-    stamp_ns: int
-    reason: str
-    detail: str
+    name: str
+    kind: str = "MCAP"
+    damage: str | None = None
+    number: int = 0
+
+    def __str__(self) -> str:
+        return self.name if self.kind == "MCAP" else f"{self.name} ({self.kind})"
 
 
 @dataclass(frozen=True)
 class PlannedFrame:
-    """A frame whose pictures are still to be decoded. index: the colour image's rank in the recording."""
+    """A frame whose pictures are still to be decoded. index: the colour image's rank in the recording.
+
+    color, depth: where the pictures are. info: the camera_info that `intrinsics` is of; depth_info: the depth's own,
+    where the recording has it.
+    """
 
     index: int
     stamp_ns: int
-    depth_stamp_ns: int
+    color: ImageHead
+    depth: ImageHead
     intrinsics: Intrinsics
+    info: Message
+    depth_info: Intrinsics | None
     T_map_camera: Array
-
-
-@dataclass
-class Scan:
-    """What one pass over a recording found, by topic; heads are (stamp_ns, frame_id) in the order of the file.
-
-    maps: the newest navigation map of each height (z of its origin, decimetres).
-    """
-
-    color: dict[str, list[tuple[int, str]]] = field(default_factory=lambda: defaultdict(list))
-    depth: dict[str, list[tuple[int, str]]] = field(default_factory=lambda: defaultdict(list))
-    infos: dict[str, dict[int, Message]] = field(default_factory=lambda: defaultdict(dict))
-    tree: TransformTree = field(default_factory=TransformTree)
-    unreadable: Counter[str] = field(default_factory=Counter)
-    maps: dict[int, Message] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class FramePlan:
     """topics: as chosen. frames and skips: in the order of the file. unreadable: messages that are not their type.
 
-    maps: the navigation maps, the newest of each height.
+    maps: the navigation maps, the newest of each height. notes: what a person should know although it can be used.
     """
 
     topics: RecordingTopics
@@ -114,155 +82,175 @@ class FramePlan:
     skips: list[Skip]
     unreadable: Counter[str]
     maps: list[Message]
+    notes: list[str]
 
 
-class SkipFrame(Exception):
-    """This frame is not used; `reason` and `detail` say why."""
+def plan_frames(found: Scan, own: Scan, options: PlanOptions, file: RecordingFile) -> FramePlan:
+    """Pair and pose every stride-th colour image; raises RecordingError where a kind of topic is missing or unclear.
 
-    def __init__(self, reason: str, detail: str) -> None:
-        super().__init__(detail)
-        self.reason, self.detail = reason, detail
-
-
-def scan(reader: LogReader, max_tf_gap_s: float) -> Scan:
-    """One pass over the recording: transforms, calibrations and the stamps of all pictures."""
-    found = Scan(tree=TransformTree(max_gap_s=max_tf_gap_s))
-    handlers = {IMAGE: _add_image, COMPRESSED_IMAGE: _add_image, CAMERA_INFO: _add_info, TF: _add_transforms}
-    handlers[GRID] = _add_map
-    for message in reader:
-        if message.type_name in handlers and message.encoding == "cdr":
-            try:
-                handlers[message.type_name](found, message)
-            except WireError:
-                found.unreadable[f"unreadable {message.type_name}"] += 1
-    return found
-
-
-def plan_frames(found: Scan, options: PlanOptions, name: str) -> FramePlan:
-    """Pair and pose every stride-th colour image; raises RecordingError where a kind of topic is missing or unclear."""
-    chosen = choose_topics(found, options.topics, name)
+    found: the file's own scan, or that of all files of a split recording.
+    """
+    chosen = choose_topics(found, options.topics, file)
     pairing = _Pairing(found, chosen, options)
     frames: list[PlannedFrame] = []
     skips: list[Skip] = []
     seen: set[int] = set()
-    for index, (stamp_ns, frame_id) in enumerate(found.color[str(chosen.color)]):
+    heads = [head for head in found.images[str(chosen.color)] if head.file == file.number]
+    for index, head in enumerate(heads):
+        stamp_ns = head.mark.stamp_ns
         if index % options.stride:
             continue
         try:
             if stamp_ns in seen:
-                raise SkipFrame("repeated stamp", f"A colour image of stamp {stamp_ns} came before.")
+                raise SkipFrame(FrameReason.REPEATED, f"A colour image of stamp {stamp_ns} came before.")
             seen.add(stamp_ns)
-            frames.append(pairing.frame(index, stamp_ns, frame_id))
+            frames.append(pairing.frame(index, head))
         except SkipFrame as skip:
             skips.append(Skip(index, stamp_ns, skip.reason, skip.detail))
-    return FramePlan(chosen, frames, skips, found.unreadable, [found.maps[z] for z in sorted(found.maps)])
+    notes = found.notes + _nameless(found, chosen)
+    return FramePlan(chosen, frames, skips, own.unreadable, [own.maps[z] for z in sorted(own.maps)], notes)
 
 
-def choose_topics(found: Scan, topics: RecordingTopics, name: str) -> RecordingTopics:
+def choose_topics(found: Scan, topics: RecordingTopics, file: RecordingFile) -> RecordingTopics:
     """The named topics, else the only ones that can be meant; raises RecordingError."""
-    color = _choose("colour", found.color, topics.color, PREFERRED_COLOR, name, "--color-topic")
-    depth = _choose("depth", found.depth, topics.depth, PREFERRED_DEPTH, name, "--depth-topic")
-    beside = _base(color).rpartition("/")[0] + "/camera_info"
-    frame_id = found.color[color][0][1]
-    of_camera = [t for t, infos in found.infos.items() if next(iter(infos.values())).header.frame_id == frame_id]
-    likely = [beside] if beside in found.infos else of_camera
+    color = _image_topic("colour", found, found.color, topics.color, PREFERRED_COLOR, file, "--color-topic")
+    others = {topic: heads for topic, heads in found.depth.items() if topic != color}
+    depth = _image_topic("depth", found, others, topics.depth, PREFERRED_DEPTH, file, "--depth-topic")
+    beside = base(color).rpartition("/")[0] + "/camera_info"
+    frame_id = found.images[color][0].frame_id
+    of_camera = [topic for topic, infos in found.infos.items() if infos[0][1].header.frame_id == frame_id]
+    likely = [beside] if beside in found.infos else of_camera or list(found.infos)[:1] * (len(found.infos) == 1)
     candidates = found.infos if topics.camera_info else likely
-    info = _choose("camera info", candidates, topics.camera_info, (), name, "--camera-info-topic")
+    if not candidates:
+        known = f" (of other cameras: {', '.join(sorted(found.infos))})" if found.infos else ""
+        raise RecordingError(_missing("camera info", file, found) + known)
+    info = choose("camera info", candidates, topics.camera_info, (), str(file), "--camera-info-topic")
     return RecordingTopics(color, depth, info)
 
 
-def _choose(
-    what: str, candidates: Collection[str], named: str | None, preferred: tuple[str, ...], name: str, option: str
+def _image_topic(
+    what: str,
+    found: Scan,
+    candidates: dict[str, list[ImageHead]],
+    named: str | None,
+    preferred: tuple[str, ...],
+    file: RecordingFile,
+    option: str,
 ) -> str:
-    if named is not None:
-        if named not in candidates:
-            known = ", ".join(sorted(candidates)) or "none"
-            raise RecordingError(f"{name} has no {what} topic {named!r}; it has: {known}.")
-        return named
-    if not candidates:
-        raise RecordingError(f"{name} holds no {what} topic, so no frame can be made of it; record it as well.")
-    raw = sorted(t for t in candidates if _base(t) == t or _base(t) not in candidates)  # raw before its compressed twin
-    for word in ("", *preferred):
-        if len(left := [t for t in raw if word in t]) == 1:
-            return left[0]
-    raise RecordingError(f"{name} holds several {what} topics ({', '.join(raw)}): name one with {option}.")
+    """A topic that was named may be any of images; decoding tells whether it is what it was named for."""
+    if not candidates and not (named and named in found.images):
+        raise RecordingError(_missing(what, file, found))
+    return choose(what, found.images if named else candidates, named, preferred, str(file), option)
 
 
-def _base(topic: str) -> str:
-    """The image topic behind a transport's: /a/image/compressed -> /a/image."""
-    return topic.removesuffix("/compressedDepth").removesuffix("/compressed")
+def _missing(what: str, file: RecordingFile, found: Scan) -> str:
+    """Why there is none: damage, messages that cannot be read, or nothing of the kind."""
+    bad = ", ".join(f"{count} x {name}" for name, count in found.unreadable.most_common())
+    words = f" It has {bad}." if bad else ""
+    if file.damage:
+        return (
+            f"{file} is damaged before its first {what}: {file.damage}.{words} "
+            f"Keep what it still holds with: openbelief recover {file.name}"
+        )
+    pictures = ", ".join(f"{t} ({'/'.join(sorted(found.encodings[t]))})" for t in sorted(found.images))
+    others = f" Images in it: {pictures}." if pictures and what != "camera info" else ""
+    return (
+        f"{file} holds no {what} topic, so no frame can be made of it; record it as well."
+        f"{others}{words}{unread(found.foreign)}"
+    )
+
+
+def _nameless(found: Scan, topics: RecordingTopics) -> list[str]:
+    names = sorted(found.encodings[str(topics.color)] & set(NAMELESS))
+    return [f"{topics.color} is {name}, which names no channels: read as cv_bridge does, in BGR" for name in names]
 
 
 class _Pairing:
     """Finds what belongs to a colour image, or raises SkipFrame."""
 
     def __init__(self, found: Scan, topics: RecordingTopics, options: PlanOptions) -> None:
-        self._tree, self._map_frame = found.tree, options.map_frame
+        color, depth, info = str(topics.color), str(topics.depth), str(topics.camera_info)
+        self._trees, self._options = found.trees, options
         self._tolerance_ns = round(options.pair_tolerance_s * 1e9)
-        self._infos = found.infos[str(topics.camera_info)]
-        self._depth_frames = dict(found.depth[str(topics.depth)])
-        self._depth_stamps, self._info_stamps = sorted(self._depth_frames), sorted(self._infos)
+        self._color_epochs = found.epochs.of_stream(color)
+        self._depths = _by_epoch(
+            found.images[depth], found.epochs.of_stream(depth), round(options.depth_offset_s * 1e9)
+        )
+        self._calibrations = Calibrations(found.infos[info], rectified=is_rectified(color))
+        beside = found.infos.get(base(depth).rpartition("/")[0] + "/camera_info", [])
+        self._depth_calibrations = Calibrations(beside, rectified=is_rectified(depth)) if beside else None
+        self._apart_s = self._usual_distance_s(found.images[color])
 
-    def frame(self, index: int, stamp_ns: int, frame_id: str) -> PlannedFrame:
-        depth_ns = self._nearest(self._depth_stamps, stamp_ns, "depth image")
-        info_ns = self._nearest(self._info_stamps, stamp_ns, "camera info")
-        self._require_aligned(stamp_ns, frame_id, self._depth_frames[depth_ns])
+    def frame(self, index: int, color: ImageHead) -> PlannedFrame:
+        tree = self._trees[self._color_epochs[color.mark.order]]
+        stamp_ns, frame_id = color.mark.stamp_ns, color.frame_id
+        depth = self._depth_of(color)
+        self._require_aligned(tree, stamp_ns, frame_id, depth.frame_id)
         try:
-            camera = intrinsics(self._infos[info_ns])
+            camera, info = self._calibrations.of(color.mark)
         except ImageRefused as refused:
             raise SkipFrame(refused.reason, str(refused)) from refused
-        return PlannedFrame(index, stamp_ns, depth_ns, camera, self._pose(stamp_ns, self._map_frame, frame_id))
-
-    def _nearest(self, stamps: list[int], stamp_ns: int, what: str) -> int:
-        i = bisect_left(stamps, stamp_ns)
-        nearest = min(stamps[max(i - 1, 0) : i + 1], key=lambda s: abs(s - stamp_ns), default=None)
-        if nearest is None or abs(nearest - stamp_ns) > self._tolerance_ns:
-            raise SkipFrame(
-                f"no {what} at its stamp", f"No {what} within {self._tolerance_ns / 1e6:g} ms of {stamp_ns}."
-            )
-        return nearest
-
-    def _require_aligned(self, stamp_ns: int, color_frame: str, depth_frame: str) -> None:
-        """Depth in another frame than colour is used only where /tf says that the two are one."""
-        if depth_frame != color_frame and not np.allclose(self._pose(stamp_ns, color_frame, depth_frame), np.eye(4)):
-            raise SkipFrame(
-                "depth not aligned to colour",
-                f"Depth is in {depth_frame!r}, colour in {color_frame!r}: record the depth aligned to colour.",
-            )
-
-    def _pose(self, stamp_ns: int, target: str, source: str) -> Array:
         try:
-            return self._tree.lookup(stamp_ns, target, source)
+            T_map_camera = tree.lookup(stamp_ns, self._options.map_frame, frame_id)
         except PoseUnavailable as error:
             raise SkipFrame(TRANSFORM_REASONS[type(error)], str(error)) from error
+        return PlannedFrame(index, stamp_ns, color, depth, camera, info, self._depth_camera(depth), T_map_camera)
+
+    def _depth_camera(self, depth: ImageHead) -> Intrinsics | None:
+        try:
+            return self._depth_calibrations.of(depth.mark)[0] if self._depth_calibrations else None
+        except ImageRefused:
+            return None  # it is only compared with the colour camera's
+
+    def _depth_of(self, color: ImageHead) -> ImageHead:
+        nearest = self._nearest(color)
+        stamp_ns = color.mark.stamp_ns
+        if nearest is None:
+            raise SkipFrame(FrameReason.NO_DEPTH, f"No depth image at all around {stamp_ns}.")
+        away_ns, depth = nearest
+        if abs(away_ns) > self._tolerance_ns:
+            usual = "" if self._apart_s is None else f", as usual here {1e3 * self._apart_s:+.1f} ms"
+            raise SkipFrame(
+                FrameReason.NO_DEPTH,
+                f"No depth image within {self._tolerance_ns / 1e6:g} ms of {stamp_ns}: the nearest is "
+                f"{away_ns / 1e6:+.1f} ms away{usual}.",
+            )
+        return depth
+
+    def _nearest(self, color: ImageHead) -> tuple[int, ImageHead] | None:
+        """(its stamp after the colour's, once its clock is shifted, nanoseconds; the depth image)."""
+        stamps, heads = self._depths[self._color_epochs[color.mark.order]]
+        at = bisect_left(stamps, color.mark.stamp_ns)
+        around = range(max(at - 1, 0), min(at + 1, len(stamps)))
+        i = min(around, key=lambda i: abs(stamps[i] - color.mark.stamp_ns), default=None)
+        return None if i is None else (stamps[i] - color.mark.stamp_ns, heads[i])
+
+    def _usual_distance_s(self, colors: Sequence[ImageHead]) -> float | None:
+        """Between colour and the nearest depth, signed: what --depth-offset-s would take away."""
+        away = [found[0] for head in colors[:: max(len(colors) // 100, 1)] if (found := self._nearest(head))]
+        return median(away) / 1e9 if away else None
+
+    def _require_aligned(self, tree: TransformTree, stamp_ns: int, color_frame: str, depth_frame: str) -> None:
+        """Depth in another frame than colour is used only where /tf says that the two are one, or a person does."""
+        if self._options.depth_is_aligned or depth_frame.lstrip("/") == color_frame.lstrip("/"):
+            return
+        said = f"Depth is in {depth_frame!r}, colour in {color_frame!r}"
+        try:
+            aligned = np.allclose(tree.lookup(stamp_ns, color_frame, depth_frame), np.eye(4))
+        except TransformMissing as error:
+            raise SkipFrame(FrameReason.NOT_ALIGNED, f"{said}, and no transform joins the two.") from error
+        except PoseUnavailable as error:
+            raise SkipFrame(TRANSFORM_REASONS[type(error)], str(error)) from error
+        if not aligned:
+            raise SkipFrame(FrameReason.NOT_ALIGNED, f"{said}, which is elsewhere.")
 
 
-def _add_image(found: Scan, message: LogMessage) -> None:
-    image = decode(message.payload, message.type_name)
-    kind = found.depth if is_depth(image) else found.color
-    kind[message.topic].append((stamp_to_ns(image.header.stamp), image.header.frame_id))
-
-
-def _add_info(found: Scan, message: LogMessage) -> None:
-    info = decode(message.payload, message.type_name)
-    found.infos[message.topic].setdefault(stamp_to_ns(info.header.stamp), info)
-
-
-def _add_map(found: Scan, message: LogMessage) -> None:
-    if message.topic == MAP_TOPIC:
-        grid = decode(message.payload, message.type_name)
-        found.maps[round(10 * grid.info.origin.position.z)] = grid
-
-
-def _add_transforms(found: Scan, message: LogMessage) -> None:
-    static = message.topic.endswith("tf_static")
-    for t in transforms_of(_decode_transforms(message.payload)):
-        found.tree.add(**vars(t), static=static)
-
-
-def _decode_transforms(payload: bytes) -> Any:
-    """Not `decode`, which refuses a message for one NaN: the tree keeps what is no transform and refuses its stamps."""
-    try:
-        return codec().store.deserialize_cdr(memoryview(payload), TF)
-    except (SerdeError, IndexError, OverflowError, MemoryError) as error:
-        raise WireError(f"{len(payload)} bytes are not a {TF}: {error}") from error
+def _by_epoch(
+    heads: Sequence[ImageHead], epochs: dict[int, int], offset_ns: int
+) -> dict[int, tuple[list[int], list[ImageHead]]]:
+    """Epoch -> (stamps on the colour's clock, the images), in the order of stamps; the first of a repeated stamp."""
+    parts: dict[int, dict[int, ImageHead]] = defaultdict(dict)
+    for head in heads:
+        parts[epochs[head.mark.order]].setdefault(head.mark.stamp_ns - offset_ns, head)
+    found = {epoch: (sorted(part), [part[stamp] for stamp in sorted(part)]) for epoch, part in parts.items()}
+    return defaultdict(lambda: ([], []), found)

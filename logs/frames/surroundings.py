@@ -12,9 +12,10 @@ from drivers.ports import LidarCloud, PoseUnavailable
 from drivers.ros.clouds import cloud_of
 from drivers.ros.convert import grid_of
 from drivers.ros.messages import WireError, decode
-from logs.frames.plan import RecordingError, scan
-from logs.frames.reader import FrameReader
-from logs.mcap_io.reader import LogReader
+from logs.containers.recording import Recording
+from logs.frames.clock_steps import Mark
+from logs.frames.reader import FrameReader, RecordingError
+from logs.frames.scan import scan
 from openbelief.arrays import Array
 from openbelief.backprojection import backproject
 from openbelief.observation import RgbdFrame
@@ -30,7 +31,7 @@ GRID, CLOUD = "nav_msgs/msg/OccupancyGrid", "sensor_msgs/msg/PointCloud2"
 def navigation_map(path: str | os.PathLike[str], topic: str = "/map") -> OccupancyGrid:
     """The newest map of a topic, raises RecordingError where there is none and WireError where it cannot be used."""
     newest = None
-    for message in LogReader(Path(path), prefix=True).messages({topic}):
+    for message in Recording(path).messages({topic}):
         if message.type_name == GRID:
             newest = message
     if newest is None:
@@ -67,13 +68,14 @@ def lidar_clouds(
     path: str | os.PathLike[str], *, map_frame: str = "map", max_tf_gap_s: float = 0.25
 ) -> Iterator[tuple[LidarCloud, Array]]:
     """Every cloud with its (4, 4) T_map_lidar; clouds that are unreadable or have no transform are left out."""
-    log = LogReader(Path(path), prefix=True)
-    tree = scan(log, max_tf_gap_s).tree
-    for message in log:
+    log = Recording(path)
+    found = scan(log, max_tf_gap_s)
+    for order, message in enumerate(log):
         if message.type_name != CLOUD or message.encoding != "cdr":
             continue
         try:
             cloud = cloud_of(decode(message.payload, CLOUD))
-            yield cloud, tree.lookup(cloud.stamp_ns, map_frame, cloud.frame_id)
+            epoch = found.epochs.of_mark(Mark(order, message.log_time_ns, cloud.stamp_ns))
+            yield cloud, found.trees[epoch].lookup(cloud.stamp_ns, map_frame, cloud.frame_id)
         except (WireError, PoseUnavailable):
             continue  # thousands follow; a gap in the lidar leaves cells unknown, which are never driven through

@@ -22,11 +22,10 @@ Attached: TypeAlias = CameraFrame | LidarCloud | OccupancyGrid | Sound | None
 
 @dataclass(frozen=True)
 class Entry:
-    """A record, with the images, points, grid or sound that it is about. log_time_ns: when it was written, else 0."""
+    """A record, with the images, points, grid or sound that it is about."""
 
     record: Record
     attached: Attached = None
-    log_time_ns: int = 0
 
 
 class Journal(Protocol):

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
-from logs.frames.reader import FrameReader, RecordingTopics
+from logs.frames.reader import FrameReader, ReadOptions
 from openbelief.memory import ObjectMemory
 from openbelief.parameters import Parameters
 from openbelief.rooms import Room
@@ -22,9 +22,7 @@ class MapJob:
     out: Path
     perceptions: list[str]
     parameters: Parameters = field(default_factory=Parameters)
-    topics: RecordingTopics = field(default_factory=RecordingTopics)
-    map_frame: str = "map"
-    stride: int = 1
+    read: ReadOptions = field(default_factory=ReadOptions)
     force: bool = False
     seed: int = 0
     rooms: tuple[Room, ...] = ()

@@ -7,8 +7,9 @@ from contextlib import ExitStack, closing
 from dataclasses import replace
 from pathlib import Path
 
+from logs.containers.recording import Recording
 from logs.frames.reader import RecordingError
-from logs.mcap_io.reader import LogError, LogReader
+from logs.mcap_io.reader import LogError
 from openbelief.belief_file import BeliefFile
 from openbelief.mapping import map_frames
 from openbelief.perception.ports import PerceptionFailed, TextEncoder
@@ -25,11 +26,10 @@ from robot_app.mapping.watch import WatchedStore
 def require_recordings(paths: Iterable[Path]) -> None:
     """The first complaint is of a recording that is not there. Raises Failure."""
     for path in paths:
-        if not path.is_file():
-            try:
-                LogReader(path).topics()
-            except LogError as error:  # it knows of an unfinished one beside it
-                raise Failure(str(error)) from error
+        try:
+            Recording(path).require()
+        except LogError as error:
+            raise Failure(str(error)) from error
 
 
 def run_map(job: MapJob, text_encoder: TextEncoder, progress: Progress) -> MapResult:
@@ -66,8 +66,7 @@ def _open_store(job: MapJob, sources: list[Source], text_encoder: TextEncoder) -
         "recordings": [s.about() for s in sources],
         "perception": [s.perception.id for s in sources],
         "perception_about": [getattr(s.perception, "about", {}) for s in sources],
-        "stride": job.stride,
-        "map_frame": job.map_frame,
+        **job.read.about(),
     }
     if not job.partial.exists():
         return WatchedStore.create(

@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any
 
-from logs.frames.reader import FrameReader
+from logs.frames.reader import FrameReader, frame_readers
 from openbelief.perception.ports import Perception, TextEncoder
 from openbelief.perception.stages import StagedPerception
 from robot_app.cli import Failure, Usage
@@ -39,17 +39,18 @@ def plan(job: MapJob, text_encoder: TextEncoder, progress: Progress, opened: Exi
         raise Usage(f"Give one --perception, or one for each of the {len(job.recordings)} recordings.")
     made: dict[str, Perception] = {}
     sources = []
-    for path, spec in zip(job.recordings, specs, strict=True):
+    for reader, spec in zip(frame_readers(job.recordings, job.read), specs, strict=True):
         kind, argument = kind_of(spec)
         if spec not in made:
             made[spec] = kind.make(argument, text_encoder, job.seed)
             _close_with(opened, made[spec])
         perception = made[spec]
         _require_text_space(perception, text_encoder)
-        progress.step(f"reading {path.name}")
-        reader = FrameReader(path, topics=job.topics, map_frame=job.map_frame, stride=job.stride)
+        progress.step(f"reading {reader.path.name}")
         if not reader.plan.frames:
-            raise Failure(f"{path} gives no frame: {reasons(reader.skipped) or 'it holds no colour image'}.")
+            raise Failure(f"{reader.path} gives no frame: {reader.why_nothing()}.")
+        for note in reader.plan.notes:
+            progress.step(f"{reader.path.name}: {note}")
         sources.append(Source(reader, reader.recording, perception, kind.expensive))
     if len({source.recording for source in sources}) != len(sources):
         raise Failure("The same recording is named twice.")

@@ -6,6 +6,7 @@ from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from logs.frames.reasons import explained
 from openbelief.observation import Mask, RgbdFrame
 from openbelief.perception.cache import CachedPerception
 from openbelief.perception.ports import Perception
@@ -70,14 +71,19 @@ class Walks:
             return
         self._store.close()
         self._job.partial.unlink()
+        readers = [source.reader for source in self._sources]
         why = (
-            f"no frame could be looked at ({reasons(taken.unseen)})"
+            f"no frame could be decoded: {'; '.join(reader.why_nothing() for reader in readers)}"
+            if all(reader.gave_nothing for reader in readers)
+            else f"no frame could be looked at ({reasons(taken.unseen)})"
             if taken.unseen and not taken.masks
             else f"all {taken.masks} masks were refused ({reasons(taken.refused)})"
             if taken.masks
             else f"{self._sources[0].perception.id} has no mask for any of its frames; is it of another recording?"
         )
-        names = ", ".join(source.reader.path.name for source in self._sources)
+        if not taken.masks and any(reader.skips for reader in readers) and "decoded" not in why:
+            why += f" ({'; '.join(explained(reader.skips) for reader in readers if reader.skips)})"
+        names = ", ".join(reader.path.name for reader in readers)
         raise Failure(f"No observation came of {names}: {why}")
 
 

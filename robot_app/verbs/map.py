@@ -1,4 +1,4 @@
-"""Build a memory from a ROS 2 MCAP recording: colour, depth, camera_info and /tf.
+"""Build a memory from a recording: colour, depth, camera_info and /tf, in MCAP, a rosbag2 folder, .db3 or ROS 1 .bag.
 
 Perception is played back (recorded:FILE.jsonl), simulated (scripted:SCENE.json), done by small networks on a CPU
 (detector:FOLDER) or by the paper's (paper[:PROFILE.toml]); see docs/perception.md. Without --perception,
@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from robot_app.cli import Failure, print_json
 
 if TYPE_CHECKING:
+    from logs.frames.reader import ReadOptions
     from openbelief.association import ExtentAlarm
     from openbelief.memory import ObjectMemory
     from openbelief.parameters import Parameters
@@ -30,7 +31,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     from robot_app.perceptions import FORMS
     from robot_app.room_files import FORM
 
-    parser.add_argument("recordings", nargs="+", type=Path, metavar="WALK.mcap", help="recordings in one map frame")
+    parser.add_argument(
+        "recordings",
+        nargs="+",
+        type=Path,
+        metavar="WALK.mcap",
+        help="recordings in one map frame: files, or folders that ros2 bag record made",
+    )
     parser.add_argument("-o", "--out", required=True, type=Path, metavar="SITE.belief", help="the memory to write")
     parser.add_argument(
         "--perception",
@@ -48,11 +55,31 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--depth-topic", metavar="TOPIC", help="where several could be meant")
     parser.add_argument("--camera-info-topic", metavar="TOPIC", help="where several could be meant")
     parser.add_argument("--map-frame", default="map", metavar="FRAME", help="the frame of the memory (default map)")
+    parser.add_argument(
+        "--pair-tolerance-s",
+        type=arguments.seconds,
+        metavar="S",
+        help="how far depth may be from its colour image in time (default 0.005)",
+    )
+    parser.add_argument(
+        "--depth-offset-s",
+        type=arguments.signed_seconds,
+        metavar="S",
+        help="by how much the depth camera's stamps are late (default 0; with a minus sign: --depth-offset-s=-0.02)",
+    )
+    parser.add_argument(
+        "--max-tf-gap-s",
+        type=arguments.seconds,
+        metavar="S",
+        help="the longest time between two transforms that is interpolated (default 0.25)",
+    )
+    parser.add_argument(
+        "--depth-is-aligned", action="store_true", help="depth is aligned to colour, whatever its frame_id says"
+    )
     parser.add_argument("--force", action="store_true", help="replace SITE.belief where it exists")
 
 
 def run(options: argparse.Namespace) -> int:
-    from logs.frames.reader import RecordingTopics
     from robot_app.mapping.job import MapJob
     from robot_app.mapping.run import require_recordings, run_map
     from robot_app.perceptions import text_encoder_of
@@ -65,9 +92,7 @@ def run(options: argparse.Namespace) -> int:
         out=options.out,
         perceptions=options.perception or [_beside(path) for path in options.recordings],
         parameters=_parameters(options.parameters),
-        topics=RecordingTopics(options.color_topic, options.depth_topic, options.camera_info_topic),
-        map_frame=options.map_frame,
-        stride=options.stride,
+        read=_read_options(options),
         force=options.force,
         rooms=read_rooms(options.rooms) if options.rooms else (),
     )
@@ -83,11 +108,25 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
+def _read_options(options: argparse.Namespace) -> ReadOptions:
+    from logs.frames.reader import ReadOptions, RecordingTopics
+
+    asked = {name: getattr(options, name) for name in ("pair_tolerance_s", "depth_offset_s", "max_tf_gap_s")}
+    return ReadOptions(
+        topics=RecordingTopics(options.color_topic, options.depth_topic, options.camera_info_topic),
+        map_frame=options.map_frame,
+        stride=options.stride,
+        depth_is_aligned=options.depth_is_aligned,
+        **{name: value for name, value in asked.items() if value is not None},
+    )
+
+
 def _beside(recording: Path) -> str:
     """The recorded perception that lies beside a recording; raises Failure where there is none."""
     from robot_app.perceptions import FORMS
 
-    path = recording.with_suffix(".perception.jsonl")
+    plain = recording.with_suffix("") if recording.suffix in (".zstd", ".zst") else recording
+    path = plain.with_suffix(".perception.jsonl")
     if not path.is_file():
         raise Failure(f"{path} does not exist: say who looks at the frames with --perception {FORMS}.")
     return f"recorded:{path}"
@@ -111,7 +150,6 @@ def _report(out: Path, result: MapResult) -> dict[str, Any]:
     return {
         "memory": str(out),
         "content_hash": memory.content_hash,
-        "state_hash": memory.state_hash,
         "recordings": [
             {
                 "recording": reader.recording,
@@ -119,6 +157,7 @@ def _report(out: Path, result: MapResult) -> dict[str, Any]:
                 "skipped": dict(reader.skipped),
                 "first_skips": _first_of_each(reader.skips),
                 "damage": reader.damage,
+                "notes": reader.notes,
                 "maps_unusable": reader.storey_maps()[1],
             }
             for reader in result.readers
@@ -163,6 +202,7 @@ def _first_of_each(skips: list[Any]) -> dict[str, str]:
 def _text(report: dict[str, Any]) -> str:
     lines = []
     for each in report["recordings"]:
+        lines += [f"{each['recording']}: {note}" for note in each["notes"]]
         for reason, count in Counter(each["skipped"]).most_common():
             example = each["first_skips"].get(reason)
             lines.append(f"skipped {count} x {reason}" + (f" (first: {example})" if example else ""))

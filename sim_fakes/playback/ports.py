@@ -16,84 +16,113 @@ from drivers.ports import CameraFrame, Clock, LidarCloud, PoseUnavailable, Stale
 from drivers.ros.clouds import cloud_of
 from drivers.ros.convert import grid_of
 from drivers.ros.messages import decode
+from drivers.ros.transform_tree import TransformTree
 from drivers.topics import IMU_TYPE
-from logs.frames.plan import RecordingError, Scan, scan
-from logs.frames.reader import FrameReader
+from logs.containers.recording import Recording
+from logs.frames.reader import FrameReader, RecordingError
 from logs.frames.surroundings import grid_from_what_was_seen
-from logs.mcap_io.reader import LogMessage, LogReader
+from logs.frames.topics import UNREAD_TYPES, unread
+from logs.mcap_io.reader import LogMessage
 from openbelief.arrays import Array
 from openbelief.observation import RgbdFrame
 from openbelief.pose import Pose2
 from openbelief.traversability import OccupancyGrid
-from sim_fakes.playback.imu import CAMERA_IMU_NAMES, LIDAR_IMU_NAMES, RecordingImu, imu_topic
+from sim_fakes.playback.imu import IMU_WORDS, RecordingImu
+from sim_fakes.playback.roles import PlayedTopics, RoleUnclear
 from sim_fakes.playback.timeline import NewestValue, TimeLine
 
 CLOUD, GRID = "sensor_msgs/msg/PointCloud2", "nav_msgs/msg/OccupancyGrid"
-MAX_TF_GAP_S = 0.25
 
 
 class RecordingPorts:
-    """The bodies of one recording, all on one time line. Raises LogError or RecordingError where it cannot be used."""
+    """The bodies of one recording, all on one time line. topics: which of its topics play which role.
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        self._reader = FrameReader(path, max_tf_gap_s=MAX_TF_GAP_S)
+    Raises LogError or RecordingError where it cannot be used.
+    """
+
+    def __init__(self, path: Path, topics: PlayedTopics | None = None) -> None:
+        self._path, self._topics = path, topics or PlayedTopics()
+        self._log = Recording(path)
         self._offset_ns: int | None = None
+
+    @cached_property
+    def _reader(self) -> FrameReader:
+        return FrameReader(
+            self._path,
+            topics=self._topics.of_camera(self._kinds),
+            pair_tolerance_s=self._topics.pair_tolerance_s,
+            depth_offset_s=self._topics.depth_offset_s,
+            max_tf_gap_s=self._topics.max_tf_gap_s,
+        )
 
     @cached_property
     def start_ns(self) -> int:
         """The stamp of its first frame."""
         if not self._reader.plan.frames:
-            raise RecordingError(f"{self._path.name} holds no usable RGB-D frame: {dict(self._reader.skipped)}")
+            raise RecordingError(f"{self._path.name} holds no usable RGB-D frame: {self._reader.why_nothing()}")
+        if steps := self._reader.scan.epochs.steps:
+            raise RecordingError(
+                f"{self._path.name} cannot be played: its clock was set back by {steps[0].back_s:.2f} s "
+                f"(from {steps[0].before_ns / 1e9:.3f}). It can be mapped; to play it, cut it there in two"
+            )
         return self._reader.plan.frames[0].stamp_ns
 
     def camera(self, clock: Clock) -> RecordingCamera:
         """With an IMU where the recording holds the camera's."""
-        frame_ids, line = dict(self._scan.color[str(self._reader.plan.topics.color)]), self._line(clock)
-        imu = self._imu(CAMERA_IMU_NAMES)
+        line = self._line(clock)
+        heads = self._reader.scan.images[str(self._reader.plan.topics.color)]
+        frame_ids = {head.mark.stamp_ns: head.frame_id for head in heads}
+        imu = self._imu("camera")
         if imu is None:
             return RecordingCamera(self._reader, frame_ids, line)
         return RecordingCameraWithImu(self._reader, frame_ids, line, imu)
 
     def lidar(self, clock: Clock) -> RecordingLidar:
         """With an IMU where the recording holds the lidar's."""
-        clouds, line, imu = self._messages(CLOUD, "lidar"), self._line(clock), self._imu(LIDAR_IMU_NAMES)
+        topic = self._role("lidar", CLOUD)
+        if topic is None:
+            others = {t: (kind, "cdr") for t, kind in self._kinds.items() if kind in UNREAD_TYPES}
+            raise RecordingError(
+                f"{self._path.name} holds no lidar ({CLOUD}): take another body for that port.{unread(others)}"
+            )
+        clouds, line, imu = self._log.messages({topic}), self._line(clock), self._imu("lidar")
         return RecordingLidar(clouds, line) if imu is None else RecordingLidarWithImu(clouds, line, imu)
 
     def pose(self, clock: Clock) -> RecordingPoses:
-        return RecordingPoses(self._scan, self._line(clock))
+        line = self._line(clock)
+        return RecordingPoses(self._reader.scan.trees[0], line)
 
     def map(self, clock: Clock) -> RecordingMap | BuiltMap:
         """The recorded one; where there is none, a grid of all that the walk's lidar and depth camera saw."""
-        if not self._topics(GRID):
+        topic = self._role("map", GRID)
+        if topic is None:
             return BuiltMap(grid_from_what_was_seen(self._path))
-        return RecordingMap(self._messages(GRID, "map"), self._line(clock))
-
-    @cached_property
-    def _scan(self) -> Scan:
-        return scan(LogReader(self._path, prefix=True), MAX_TF_GAP_S)
+        return RecordingMap(self._log.messages({topic}), self._line(clock))
 
     def _line(self, clock: Clock) -> TimeLine:
         if self._offset_ns is None:
             self._offset_ns = clock.now_ns() - self.start_ns
         return TimeLine(clock, self._offset_ns)
 
-    def _messages(self, type_name: str, what: str) -> Iterator[LogMessage]:
-        topics = self._topics(type_name)
-        if not topics:
-            raise RecordingError(f"{self._path.name} holds no {what} ({type_name}): take another body for that port")
-        return LogReader(self._path, prefix=True).messages({topics[0]})
+    def _role(self, role: str, type_name: str) -> str | None:
+        try:
+            return self._topics.one(role, self._of_type(type_name))
+        except RoleUnclear as unclear:
+            raise RecordingError(f"{self._path.name} {unclear}") from unclear
 
-    def _imu(self, names: tuple[str, tuple[str, ...]]) -> Iterator[LogMessage] | None:
-        topic = imu_topic(self._topics(IMU_TYPE), *names)
-        return None if topic is None else LogReader(self._path, prefix=True).messages({topic})
+    def _imu(self, sensor: str) -> Iterator[LogMessage] | None:
+        try:
+            topic = self._topics.imu(sensor, self._of_type(IMU_TYPE), IMU_WORDS[sensor])
+        except RoleUnclear as unclear:
+            raise RecordingError(f"{self._path.name} {unclear}") from unclear
+        return None if topic is None else self._log.messages({topic})
 
-    def _topics(self, type_name: str) -> list[str]:
+    def _of_type(self, type_name: str) -> list[str]:
         return sorted(topic for topic, kind in self._kinds.items() if kind == type_name)
 
     @cached_property
     def _kinds(self) -> dict[str, str]:
-        return LogReader(self._path, prefix=True).topics()
+        return self._log.topics()
 
 
 class RecordingCamera:
@@ -138,20 +167,22 @@ class RecordingCameraWithImu(RecordingCamera):
         self, reader: FrameReader, frame_ids: dict[int, str], line: TimeLine, imu: Iterator[LogMessage]
     ) -> None:
         super().__init__(reader, frame_ids, line)
-        self.take_imu = RecordingImu(imu, line).take_imu
+        self.imu = RecordingImu(imu, line)
+        self.take_imu = self.imu.take_imu
 
 
 class RecordingLidarWithImu(RecordingLidar):
     def __init__(self, messages: Iterator[LogMessage], line: TimeLine, imu: Iterator[LogMessage]) -> None:
         super().__init__(messages, line)
-        self.take_imu = RecordingImu(imu, line).take_imu
+        self.imu = RecordingImu(imu, line)
+        self.take_imu = self.imu.take_imu
 
 
 class RecordingPoses:
     """The PoseSource port: the recording's transforms, up to now."""
 
-    def __init__(self, found: Scan, line: TimeLine) -> None:
-        self._tree, self._line = found.tree, line
+    def __init__(self, tree: TransformTree, line: TimeLine) -> None:
+        self._tree, self._line = tree, line
 
     def transform_at(self, stamp_ns: int, frame_id: str) -> Array:
         recorded_ns = stamp_ns - self._line.offset_ns

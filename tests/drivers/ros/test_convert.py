@@ -8,6 +8,7 @@ import pytest
 from drivers.livox.assembler import LivoxCloud
 from drivers.livox.wire import TimeType
 from drivers.ports import LidarCloud
+from drivers.ros.calibration import intrinsics
 from drivers.ros.clouds import cloud_message, cloud_of
 from drivers.ros.convert import (
     camera_frame_of,
@@ -24,7 +25,7 @@ from drivers.ros.convert import (
     transforms_message,
     transforms_of,
 )
-from drivers.ros.images import color_image, depth_image, intrinsics
+from drivers.ros.images import color_image, depth_image
 from drivers.ros.messages import WireError, decode, encode
 from drivers.ros.transform_tree import TransformTree
 from openbelief.observation import Intrinsics
@@ -92,9 +93,25 @@ def test_depth_that_is_not_aligned_to_colour_is_refused(parts):
     with pytest.raises(WireError, match="aligned to colour"):
         camera_frame_of(
             color_message(7, CAMERA, color),
-            depth_message(7, CAMERA, np.ones((12, 16))),
+            depth_message(7, CAMERA, np.ones((12, 15))),
             camera_info_message(7, CAMERA, INTRINSICS),
         )
+
+
+def test_depth_of_the_same_view_in_fewer_pixels_is_fitted_to_colour(parts):
+    color, depth_m = parts
+    frame = camera_frame_of(
+        color_message(7, CAMERA, color),
+        depth_message(7, CAMERA, depth_m[:3, :4]),
+        camera_info_message(7, CAMERA, INTRINSICS),
+    )
+    np.testing.assert_allclose(frame.depth_m, depth_m[:3, :4].repeat(2, axis=0).repeat(2, axis=1), atol=1e-6)
+
+
+def test_a_calibration_is_no_measurement_its_stamp_does_not_count(parts):
+    color, depth_m = parts
+    messages = color_message(7, CAMERA, color), depth_message(7, CAMERA, depth_m)
+    assert camera_frame_of(*messages, camera_info_message(0, CAMERA, INTRINSICS)).stamp_ns == 7
 
 
 def test_a_cloud_survives_the_wire_without_its_no_returns(rng):

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from drivers.ports import PoseUnavailable, StaleData
-from drivers.ros.convert import camera_info_message, color_message, depth_message
-from drivers.ros.messages import encode
+from drivers.ros.camera import PairingTolerance, StampPairs
+from drivers.ros.clouds import CUSTOM_MSG
+from drivers.ros.convert import camera_info_message, color_message, depth_message, transforms_message
+from drivers.ros.messages import encode, header, make
 from drivers.topics import CAMERA_INFO, COLOR, DEPTH, LIDAR, MAP, TF, color_topic
-from openbelief.pose import Pose2
+from openbelief.pose import Pose2, transform
 from sim_fakes.wire.faults import SensorFaults, garbage, not_finite, oversize, truncated
 
 STREAMS = {LIDAR.name, COLOR.name}
@@ -52,11 +54,73 @@ def test_payloads_that_cannot_be_used_are_counted_and_logged_never_used(rig, nam
     assert name in caplog.text
 
 
-def test_a_transform_that_is_not_finite_is_dropped(rig):
+def test_a_transform_that_is_not_finite_is_named_and_no_pose_is_made_of_it(rig):
     rig.site.sensor_faults.spoiled[TF.name] = not_finite
     rig.clock.sleep(1.0)
-    with pytest.raises(StaleData, match="not finite"):
+    with pytest.raises(StaleData, match="not rigid"):
         rig.poses.robot_pose(0.5)
+
+
+def test_one_transform_that_is_not_finite_costs_itself_and_not_the_message(rig):
+    """A wheel without an encoder sends NaN beside the robot's pose."""
+    rig.site.sensor_faults.muted |= {TF.name}
+    now, T = rig.clock.now_ns(), transform([1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0])
+    wheel = T.copy()
+    wheel[0, 3] = np.nan
+    edges = [("map", "odom", np.eye(4)), ("odom", "base_link", T), ("base_link", "left_wheel_link", wheel)]
+    rig.site.bridge.publish(TF, encode(transforms_message(now, edges)))
+    rig.site.bridge.flush()
+    assert rig.poses.robot_pose(0.5).x == pytest.approx(1.0)
+    with pytest.raises(PoseUnavailable, match="left_wheel_link at the stamp is not rigid"):
+        rig.poses.transform_at(now, "left_wheel_link")
+    rig.clock.sleep(2.0)
+    with pytest.raises(StaleData, match=r"1 parts of messages were not used.*base_link -> left_wheel_link"):
+        rig.poses.robot_pose(0.5)
+
+
+def test_a_calibration_of_another_stamp_or_none_serves_every_image(rig):
+    rig.site.sensor_faults.muted |= {COLOR.name, DEPTH.name, CAMERA_INFO.name}
+    now, blank, deep = rig.clock.now_ns(), np.zeros((480, 640, 3), np.uint8), np.ones((480, 640))
+    bridge = rig.site.bridge
+    bridge.publish(CAMERA_INFO, encode(camera_info_message(0, "camera", rig.robot.intrinsics)))
+    bridge.publish(COLOR, encode(color_message(now, "camera", blank)))
+    bridge.publish(DEPTH, encode(depth_message(now, "camera", deep)))
+    bridge.flush()
+    assert rig.camera.latest(60.0).stamp_ns == now
+
+
+def test_a_camera_whose_depth_comes_with_other_stamps_is_told_what_to_set(make_rig):
+    rig = make_rig(sensor_faults=SensorFaults(muted={COLOR.name, DEPTH.name}))
+    rig.start()
+    now, bridge = rig.clock.now_ns(), rig.site.bridge
+    bridge.publish(COLOR, encode(color_message(now, "camera", np.zeros((480, 640, 3), np.uint8))))
+    bridge.publish(DEPTH, encode(depth_message(now + 16_000_000, "camera", np.ones((480, 640)))))
+    bridge.flush()
+    with pytest.raises(StaleData, match=r"depth \+16.0 ms.*pairing"):
+        rig.camera.latest(60.0)
+
+
+@pytest.mark.parametrize(
+    "pairing", [PairingTolerance(tolerance_s=0.02), PairingTolerance(offset_s=0.016)], ids=["tolerance", "offset"]
+)
+def test_a_camera_whose_depth_comes_late_is_paired_as_it_was_told(pairing):
+    pairs, head = StampPairs(pairing), header
+    for at in (0, 100):
+        pairs.add(0, make("sensor_msgs/msg/Image", header=head(at * 1_000_000, "camera")))
+        pairs.add(1, make("sensor_msgs/msg/Image", header=head((at + 16) * 1_000_000, "camera")))
+    assert pairs.newest is not None and pairs.newest[0] == 100_000_000
+
+
+def test_a_livox_custom_msg_on_the_lidars_topic_is_explained(make_rig):
+    rig = make_rig(sensor_faults=SensorFaults(muted={LIDAR.name}))
+    rig.start()
+    points = [make("livox_ros_driver2/msg/CustomPoint", offset_time=i, x=1.0) for i in range(3)]
+    custom = make(CUSTOM_MSG, header=header(rig.clock.now_ns(), "livox_frame"), point_num=3, points=points)
+    custom.rsvd = np.zeros(3, np.uint8)
+    rig.site.bridge.publish(LIDAR, encode(custom))
+    rig.site.bridge.flush()
+    with pytest.raises(StaleData, match=r"CustomMsg.*xfer_format to 0"):
+        rig.lidar.latest(60.0)
 
 
 def test_a_map_that_cannot_be_used_leaves_no_map(make_rig):
@@ -115,12 +179,12 @@ def test_an_image_that_does_not_decode_is_named_and_not_used(rig):
     rig.site.sensor_faults.muted |= {COLOR.name, DEPTH.name, CAMERA_INFO.name}
     now, intrinsics, bridge = rig.clock.now_ns(), rig.robot.intrinsics, rig.site.bridge
     color = color_message(now, "camera", np.zeros((480, 640, 3), np.uint8))
-    color.encoding = "bayer_rggb8"
+    color.encoding = "32SC3"
     bridge.publish(COLOR, encode(color))
     bridge.publish(DEPTH, encode(depth_message(now, "camera", np.ones((480, 640)))))
     bridge.publish(CAMERA_INFO, encode(camera_info_message(now, "camera", intrinsics)))
     bridge.flush()
-    with pytest.raises(StaleData, match="bayer_rggb8"):
+    with pytest.raises(StaleData, match="32SC3"):
         rig.camera.latest(60.0)
 
 
