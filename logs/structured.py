@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import logging
 import sys
 import unicodedata
 from collections.abc import Mapping, MutableMapping
@@ -41,6 +42,22 @@ def configure(clock: Clock, stream: TextIO | None = None, *, json_lines: bool | 
         logger_factory=write_logger,
         cache_logger_on_first_use=False,
     )
+    _adopt_standard_logging()
+
+
+class _ThroughStructlog(logging.Handler):
+    """Drivers and libraries log through the standard library: their lines take the same form and the same stream."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        said = record.getMessage()
+        structlog.get_logger().log(record.levelno, said, source=record.name, exc_info=record.exc_info)
+
+
+def _adopt_standard_logging() -> None:
+    root = logging.getLogger()
+    logging.getLogger("drivers").setLevel(logging.INFO)
+    if not any(isinstance(handler, _ThroughStructlog) for handler in root.handlers):
+        root.addHandler(_ThroughStructlog(logging.INFO))
 
 
 def logger() -> Any:

@@ -9,7 +9,6 @@ software over a network: the hand-held remote is the emergency stop.
 from __future__ import annotations
 
 import argparse
-import logging
 import signal
 import sys
 import threading
@@ -34,7 +33,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
+    from drivers.clock import SystemClock
     from drivers.ports import PortError
+    from logs.structured import configure
     from robot_app.config import ConfigError, load_config
     from robot_app.onboard.process import run_onboard
 
@@ -42,7 +43,7 @@ def run(options: argparse.Namespace) -> int:
         config = load_config(options.config)
         if options.reset:
             return _reset(config, as_json=options.json)
-        logging.basicConfig(stream=sys.stderr, level=logging.INFO, format="%(asctime)s %(levelname)s %(message)s")
+        configure(SystemClock())
         stop = threading.Event()
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: stop.set())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import logging
 
 import pytest
 import structlog
@@ -65,3 +66,12 @@ def test_an_exception_is_logged_with_its_traceback() -> None:
     [line] = stream.getvalue().splitlines()
     trace = json.loads(line)["exception"]
     assert "ValueError: bad \\x1b[0m scan" in trace and "\n" in trace
+
+
+def test_what_drivers_log_through_the_standard_library_has_the_same_form():
+    stream = io.StringIO()
+    configure(HandClock(1_700_000_000_250_000_000), stream, json_lines=True)
+    logging.getLogger("drivers.ros.zenoh_link").warning("payload on %s\x1b[2J dropped", "/tf")
+    [line] = [json.loads(each) for each in stream.getvalue().splitlines()]
+    assert line["event"] == "payload on /tf\\x1b[2J dropped" and line["level"] == "warning"
+    assert line["source"] == "drivers.ros.zenoh_link" and line["stamp_ns"] == 1_700_000_000_250_000_000
