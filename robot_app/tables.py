@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 from openbelief.phrase import printable
 
 if TYPE_CHECKING:
+    import argparse
+
     from rich.table import Table
     from rich.text import Text
+
+NARROW, WIDE = 80, 240
 
 
 def cell(words: str) -> Text:
@@ -23,10 +28,23 @@ def number(value: float | None, digits: int = 3) -> str:
     return "-" if value is None else f"{value:.{digits}f}"
 
 
-def show(table: Table) -> None:
-    """Print it; into a file or a pipe without cutting it to a screen's width."""
+def add_wide(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--wide", action="store_true", help="all columns, however wide (default: what fits 80)")
+
+
+def show(table: Table, *, wide: bool = False) -> None:
+    """Print it as wide as the terminal, 80 columns into a file or a pipe; long cells take more lines, none is cut."""
     import sys
 
     from rich.console import Console
 
-    Console(width=None if sys.stdout.isatty() else 200).print(table)
+    for column in table.columns:
+        column.overflow = "fold"
+    Console(width=WIDE if wide else None if sys.stdout.isatty() else NARROW).print(table)
+
+
+def chosen(table: Table, names: Collection[str], *, wide: bool) -> Table:
+    """The columns that fit 80 characters, or all of them."""
+    if not wide:
+        table.columns = [column for column in table.columns if column.header in names]
+    return table

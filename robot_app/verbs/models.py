@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robot_app.cli import Failure, print_json
+from robot_app.tables import add_wide
 
 if TYPE_CHECKING:
     from robot_app.models.check import Checked
@@ -24,7 +25,8 @@ EXPORT_PYTHON = Path(".venv-export/bin/python")
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     deeds = parser.add_subparsers(dest="deed", required=True, metavar="list|pull|export|check")
-    deeds.add_parser("list", help="every network: role, source, licence, what is known of its files")
+    listed = deeds.add_parser("list", help="every network: role, source, licence, what is known of its files")
+    add_wide(listed)
     pull = deeds.add_parser("pull", help="fetch a network's files from the hub, resumed and checked")
     pull.add_argument("name", metavar="NAME", help="a row of the list")
     pull.add_argument("--endpoint", metavar="URL", help="a mirror of the hub (default: the hub, or HF_ENDPOINT)")
@@ -51,7 +53,7 @@ def _list(options: argparse.Namespace) -> int:
     if options.json:
         print_json({name: model.model_dump() for name, model in models.items()})
     else:
-        _show_models(models)
+        _show_models(models, wide=options.wide)
     return 0
 
 
@@ -116,17 +118,20 @@ def _check(options: argparse.Namespace) -> int:
     return 0
 
 
-def _show_models(models: dict[str, ModelEntry]) -> None:
+FITTING = ("name", "role", "source", "licence", "size")
+
+
+def _show_models(models: dict[str, ModelEntry], *, wide: bool) -> None:
     from rich.table import Table
 
-    from robot_app.tables import cell, show
+    from robot_app.tables import cell, chosen, show
 
     shown = Table("name", "role", "source", "repository", "revision", "licence", "files", "size", "sha256")
     for name, model in models.items():
         revision = model.revision if model.source == "hub" else "-"
         texts = (name, model.role, model.source, model.repository, revision, model.licence, str(len(model.files)))
         shown.add_row(*(cell(text) for text in (*texts, _size(model), _hashes(model))))
-    show(shown)
+    show(chosen(shown, FITTING, wide=wide), wide=wide)
 
 
 def _size(model: ModelEntry) -> str:
