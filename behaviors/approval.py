@@ -16,7 +16,7 @@ def approval_question(attempt: Attempt, ranking: Sequence[Candidate], memory: Ob
     approach = attempt.approach
     return Question(
         sentence=_sentence(attempt),
-        memory_hash=memory.content_hash,
+        memory_hash=memory.state_hash,
         object_id=attempt.node.id,
         goal=approach.goal.pose if approach else None,
         path_length_m=approach.length_m if approach else None,

@@ -9,7 +9,7 @@ from behaviors.events import NAVIGATION_EVENTS, NO_PATH, REPLIES, USE_THE_REMOTE
 from behaviors.path_prefix import PathPrefix, way_is_blocked
 from behaviors.policy import MissionPolicy
 from behaviors.standing import Stillness
-from behaviors.supervisor import GOAL_ZONE
+from behaviors.supervisor import GOAL_ZONE, OPERATOR_SILENT
 from drivers.ports import (
     NavigationResult,
     NavigationStatus,
@@ -164,14 +164,15 @@ def _supervised(verdict: SafetyVerdict, goal: Pose2, ports: Ports, policy: Missi
     if end.status in TROUBLE:
         return Step(Event.FAULT, f"{verdict.sentence} {_words(end)}")
     ports.operator.tell(f"The robot was stopped: {verdict.sentence}")
-    if verdict.reaction is Reaction.CANCEL or holds >= HOLDS_MAX:
+    counted = verdict.condition != OPERATOR_SILENT
+    if verdict.reaction is Reaction.CANCEL or (counted and holds >= HOLDS_MAX):
         return Step(Event.FAULT, verdict.sentence)
     step = (
         _wait(verdict, goal, ports, policy)
         or _agreed(verdict, goal, ports, policy)
         or _unsent_again(goal, ports, policy)
     )
-    return step or _driven(goal, ports, policy, holds + 1)
+    return step or _driven(goal, ports, policy, holds + counted)
 
 
 def _unsent_again(goal: Pose2, ports: Ports, policy: MissionPolicy) -> Step | None:

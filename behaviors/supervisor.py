@@ -268,6 +268,7 @@ def _goal_zone(known: Known) -> str | None:
 
 
 GOAL_ZONE = "goal zone"  # the one condition that another goal mends
+OPERATOR_SILENT = "operator page"  # said by who watches the operator's page, not by the table; its holds do not add up
 GRAVITY = (Reaction.GO, Reaction.NO_NEW_MOTION, Reaction.HOLD, Reaction.CANCEL)
 
 # condition -> what it asks for, and the test that gives the operator's sentence

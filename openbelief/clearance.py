@@ -8,6 +8,7 @@ from openbelief.arrays import Array
 from openbelief.occupancy import OBSTACLE_MAX_M, OBSTACLE_MIN_M
 from openbelief.pose import Pose2
 from openbelief.traversability import OccupancyGrid
+from openbelief.walkable import Walkable
 
 SELF_M = 0.35  # nearer to the robot's middle are its own shoulders and arms
 MAPPED_M = 0.15  # a point this near to an obstacle of the map is that obstacle
@@ -26,11 +27,10 @@ def unmapped(points: Array, grid: OccupancyGrid, robot: Pose2) -> Array:
     high = (points[:, 2] > OBSTACLE_MIN_M) & (points[:, 2] < OBSTACLE_MAX_M)
     xy = points[high, :2].astype(np.float64)
     xy = xy[np.linalg.norm(xy - robot.xy, axis=1) > SELF_M]
-    margin = grid.inflated(MAPPED_M)
-    cells = margin.cell(xy)
-    on_map = margin.contains(cells)
-    xy, cells = xy[on_map], cells[on_map]
-    return xy[margin.free[tuple(cells.T)]]
+    cells = grid.cell(xy)
+    on_map = grid.contains(cells)
+    margin = Walkable(grid, MAPPED_M)
+    return xy[on_map][margin.free(margin.flat(cells[on_map]))]
 
 
 def goal_blocked(obstacles: Array, goal: Pose2) -> str | None:

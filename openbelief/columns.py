@@ -23,13 +23,14 @@ DATA = "SELECT data FROM columns NOT INDEXED WHERE name = ? ORDER BY part"
 
 
 class Column(NamedTuple):
-    """dtype, and the shape in symbols. below: its numbers are rows of what has so many, or -1; starts: begins of runs
-    of what has so many."""
+    """dtype, and the shape in symbols. below: its numbers are rows of what has so many, from `least`; starts: begins of
+    runs of what has so many."""
 
     dtype: str
     shape: tuple[str | int, ...]
     below: str | None = None
     starts: str | None = None
+    least: int = 0
 
 
 class ColumnDamaged(ValueError):
@@ -101,7 +102,7 @@ class SealedColumns(Mapping[str, Array]):
     def _check_values(self, name: str, column: Column, array: Array) -> None:
         fits = array.dtype.kind != "f" or bool(np.isfinite(array).all())
         if column.below:
-            fits = not array.size or (array.min() >= -1 and array.max() < self._sizes[column.below])
+            fits = not array.size or (array.min() >= column.least and array.max() < self._sizes[column.below])
         if column.starts:
             fits = array[0] == 0 and array[-1] == self._sizes[column.starts] and bool((np.diff(array) >= 0).all())
         if not fits:

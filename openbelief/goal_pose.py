@@ -10,8 +10,10 @@ from openbelief.arrays import Array, points_array
 from openbelief.observation import Intrinsics
 from openbelief.parameters import Parameters
 from openbelief.pose import Pose2
-from openbelief.traversability import NoPath, OccupancyGrid, obstructed_m, reach
+from openbelief.traversability import NoPath, OccupancyGrid, obstructed_m, way_out
 from openbelief.visibility import SelfOcclusion, expected_visibility, thinned
+from openbelief.walkable import Walkable
+from openbelief.ways import ways
 
 STANDOFF_MIN_M, STANDOFF_MAX_M = 0.5, 1.2  # from the object's boundary
 ROBOT_RADIUS_M = 0.35  # a G1 with its arms swinging, and a margin
@@ -86,17 +88,21 @@ def _reachable_boundary(points: Array, grid: OccupancyGrid, robot: Pose2) -> tup
     ring = _ring(points, grid)
     if not len(ring):
         raise _Nowhere("It is outside the map.")
-    inflated = grid.inflated(ROBOT_RADIUS_M)
-    ring = ring[inflated.free[tuple(ring.T)]]
+    walkable = Walkable(grid, ROBOT_RADIUS_M)
+    ring = ring[walkable.free(walkable.flat(ring))]
     if not len(ring):
         raise _Nowhere(
             f"There is no free floor {STANDOFF_MIN_M:.1f}-{STANDOFF_MAX_M:.1f} m from it "
             f"with {ROBOT_RADIUS_M:.2f} m of room for the robot."
         )
+    start = grid.cell(robot.xy)
+    if not grid.contains(start):
+        raise _Nowhere(f"The robot at ({robot.x:.2f}, {robot.y:.2f}) is outside the map.")
     try:
-        length_m = reach(inflated, robot.xy).distance_m[tuple(ring.T)]
+        walkable.open(walkable.flat(way_out(grid, (int(start[0]), int(start[1])), ROBOT_RADIUS_M)))
     except NoPath as no_path:
         raise _Nowhere(str(no_path)) from None
+    length_m = ways(walkable, start, ring) * grid.resolution_m
     reached = np.isfinite(length_m)
     if not reached.any():
         raise _Nowhere("There is no way to it over known free floor.")

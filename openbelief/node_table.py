@@ -22,7 +22,7 @@ COLUMNS = {
     "aabb": Column("<f4", ("N", 2, 3)),
     "centroid": Column("<f8", ("N", 3)),
     "frames": Column("<i4", ("N",)),  # in how many distinct frames it was seen
-    "heaviest": Column("<i4", ("N",), below="P"),  # the phrase with most support, -1 without language
+    "heaviest": Column("<i4", ("N",), below="P", least=-1),  # the phrase with most support, -1 without language
     "concept_start": Column("<i8", ("N+1",), starts="K"),
     "support": Column("<f8", ("K",)),  # V_ik, falling within an object
     "belief": Column("<f8", ("K",)),  # p_ik

@@ -57,6 +57,14 @@ class OccupancyGrid:
         row, column = np.moveaxis(np.where(self.contains(cell)[..., None], cell, 0), -1, 0)
         return np.where(self.contains(cell), self.cells[row, column], UNKNOWN)
 
+    def part(self, low: Array, high: Array) -> OccupancyGrid:
+        """The cells from (row, column) `low`, on the grid, to before `high`."""
+        box = slice(int(low[0]), int(high[0])), slice(int(low[1]), int(high[1]))
+        corner = np.array(self.origin_xy) + np.asarray(low)[::-1] * self.resolution_m
+        heights_m = None if self.heights_m is None else self.heights_m[box]
+        origin_xy = (float(corner[0]), float(corner[1]))
+        return replace(self, cells=self.cells[box], origin_xy=origin_xy, heights_m=heights_m)
+
     def inflated(self, radius_m: float) -> OccupancyGrid:
         """The same grid where every known cell within `radius_m` of an obstacle is INSCRIBED (as Nav2 marks it)."""
         from scipy.ndimage import distance_transform_edt
@@ -103,8 +111,8 @@ def reach(grid: OccupancyGrid, start_xy: Array) -> Reach:
     start = grid.cell(start_xy)
     if not grid.contains(start):
         raise NoPath(f"The robot at ({start_xy[0]:.2f}, {start_xy[1]:.2f}) is outside the map.")
-    cell = (int(start[0]), int(start[1]))
-    walkable = grid.free if grid.free[cell] else grid.free | _way_out(grid, cell)
+    cell, walkable = (int(start[0]), int(start[1])), grid.free
+    walkable[tuple(way_out(grid, cell).T)] = True
     distance, previous = _dijkstra(walkable, cell, np.inf)
     return Reach(grid, cell, distance * grid.resolution_m, previous)
 
@@ -131,42 +139,54 @@ def obstructed_m(grid: OccupancyGrid, eyes_xy: Array, eye_m: float, points: Arra
     """
     centroid = points.mean(axis=0, dtype=np.float64)
     step_m = grid.resolution_m / 2
-    longest = float(np.linalg.norm(eyes_xy - centroid[:2], axis=1).max())
-    along = np.linspace(0.0, 1.0, int(np.ceil(longest / step_m)) + 1)
+    away_m = np.linalg.norm(eyes_xy - centroid[:2], axis=1)
+    along = np.linspace(0.0, 1.0, int(np.ceil(float(away_m.max()) / step_m)) + 1)
     cells = grid.cell(eyes_xy[:, None, :] * (1 - along[:, None]) + centroid[:2] * along[:, None])
+    low = np.maximum(cells.min(axis=(0, 1)), 0)
+    part = grid.part(low, cells.max(axis=(0, 1)) + 1)  # what lies elsewhere hides nothing
     inside = grid.contains(cells)
-    row, column = np.moveaxis(np.where(inside[..., None], cells, 0), -1, 0)
-    blocking = (grid.cells >= OCCUPIED) & ~_footprint(grid, points)
+    row, column = np.moveaxis(np.where(inside[..., None], cells - low, 0), -1, 0)
+    blocking = (part.cells >= OCCUPIED) & ~_footprint(grid.cell(points[:, :2]) - low, part.cells.shape)
     hit = inside & blocking[row, column]
-    if grid.heights_m is not None:
-        hit &= ~(grid.heights_m[row, column] < eye_m + along * (centroid[2] - eye_m))  # NaN, not known, blocks
-    return hit.mean(axis=1) * np.linalg.norm(eyes_xy - centroid[:2], axis=1)
+    if part.heights_m is not None:
+        hit &= ~(part.heights_m[row, column] < eye_m + along * (centroid[2] - eye_m))  # NaN, not known, blocks
+    return hit.mean(axis=1) * away_m
 
 
-def _footprint(grid: OccupancyGrid, points: Array) -> Array:
-    """(h, w) bool: the cells under the points and the cells beside those."""
+def _footprint(cells: Array, shape: tuple[int, int]) -> Array:
+    """(h, w) bool: cells (n, 2), some perhaps outside, and the cells beside those."""
     from scipy.ndimage import binary_dilation
 
-    cells = grid.cell(points[:, :2])
-    under = np.zeros(grid.cells.shape, bool)
-    under[tuple(cells[grid.contains(cells)].T)] = True
-    return binary_dilation(under, np.ones((3, 3), bool))
+    under = np.zeros((shape[0] + 2, shape[1] + 2), bool)
+    cells = cells[((cells >= -1) & (cells <= shape)).all(axis=1)] + 1
+    under[tuple(cells.T)] = True
+    return binary_dilation(under, np.ones((3, 3), bool))[1:-1, 1:-1]
 
 
-def _way_out(grid: OccupancyGrid, start: tuple[int, int]) -> Array:
-    """(h, w) bool: the cells from a start that is not free to the nearest free one."""
-    passable = grid.cells < OCCUPIED
-    passable[start] = True  # the robot's own body may be marked there
-    distance, previous = _dijkstra(passable, start, STEP_OUT_M / grid.resolution_m)
-    distance = np.where(grid.free, distance, np.inf)
+def way_out(grid: OccupancyGrid, start: tuple[int, int], inflate_m: float = 0.0) -> Array:
+    """(k, 2) cells from a start that is not free to the nearest that is, at most STEP_OUT_M away; k = 0 for a free one.
+
+    The start need not be passable: the robot's own body may be marked there. inflate_m: first inflate the grid, which
+    is only done around the start. Raises NoPath.
+    """
+    margin = int((STEP_OUT_M + inflate_m) / grid.resolution_m) + 2
+    low = np.maximum(np.array(start) - margin, 0)
+    near = grid.part(low, np.array(start) + margin + 1).inflated(inflate_m)
+    begin = (int(start[0] - low[0]), int(start[1] - low[1]))
+    if near.free[begin]:
+        return np.zeros((0, 2), np.int64)
+    passable = near.cells < OCCUPIED
+    passable[begin] = True
+    distance, previous = _dijkstra(passable, begin, STEP_OUT_M / grid.resolution_m)
+    distance = np.where(near.free, distance, np.inf)
     nearest = int(np.argmin(distance))
     if not np.isfinite(distance.flat[nearest]):
         raise NoPath(f"The robot is not on free floor, and there is none within {STEP_OUT_M:.1f} m of it.")
-    way = np.zeros(grid.cells.shape, bool)
+    way = []
     while nearest >= 0:
-        way.flat[nearest] = True
+        way.append(nearest)
         nearest = int(previous[nearest])
-    return way
+    return np.column_stack(np.unravel_index(way, distance.shape)) + low
 
 
 def _dijkstra(walkable: Array, start: tuple[int, int], limit: float) -> tuple[Array, Array]:

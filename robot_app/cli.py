@@ -24,6 +24,7 @@ VERBS = {
     "recover": "rewrite what a truncated recording still holds",
     "eval": "score a memory against ground truth",
     "doctor": "is everything in place? each part ok, warn or fail, with the remedy",
+    "accounts": "who may use the console",
     "certs": "keys, certificates and Zenoh configurations of a site",
     "models": "networks: list, pull, export, check",
     "bench": "measure this machine under a part's full load",

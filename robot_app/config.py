@@ -241,6 +241,24 @@ class RecordingSection(Section):
     stop_bytes: int = Field(default=2_000_000_000, ge=0)
 
 
+class ConsoleSection(Section):
+    """`openbelief run --console`: who may log in, and what it needs to be reached from elsewhere than this machine.
+
+    hosts: names and addresses by which browsers reach it, besides the one that it listens at.
+    """
+
+    accounts: Path | None = None
+    certificate: Path | None = None
+    key: Path | None = None
+    hosts: tuple[str, ...] = ()
+
+    @model_validator(mode="after")
+    def _whole(self) -> ConsoleSection:
+        if (self.certificate is None) != (self.key is None):
+            raise ValueError("certificate and key belong together: name both, or none (openbelief certs makes them)")
+        return self
+
+
 class Config(Section):
     """The whole of robot.toml; relative paths are relative to the file."""
 
@@ -256,6 +274,7 @@ class Config(Section):
     realsense: RealSenseSection = RealSenseSection()
     livox: LivoxSection = LivoxSection()
     onboard: OnboardSection = OnboardSection()
+    console: ConsoleSection = ConsoleSection()
     perception: PerceptionSection = PerceptionSection()
     voice: VoiceSection = VoiceSection()
     mission: MissionPolicy = MissionPolicy()
@@ -332,6 +351,9 @@ def _resolve_paths(config: Config, base: Path) -> Config:
                 update={name: resolved(getattr(config.zenoh, name)) for name in ("ca", "certificate", "key")}
             ),
             "voice": config.voice.model_copy(update={"recogniser": _resolve_model(config.voice.recogniser, base)}),
+            "console": config.console.model_copy(
+                update={name: resolved(getattr(config.console, name)) for name in ("accounts", "certificate", "key")}
+            ),
             "replay": config.replay.model_copy(update={"recording": resolved(config.replay.recording)}),
         }
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -44,11 +44,15 @@ class NoTrial(TrialError):
 
 @dataclass(frozen=True, kw_only=True)
 class TrialHeader:
-    """What a trial says about itself. settings: parameters and policy of the mission, JSON values."""
+    """What a trial says about itself. settings: parameters and policy of the mission, JSON values.
+
+    memory_hash: of the memory's content. state_hash: of its content and rooms; None in a trial that is older than it.
+    """
 
     trial_id: str
     query_id: str
     memory_hash: str
+    state_hash: str | None = None
     text_encoder_id: str
     settings: Mapping[str, Any]
 
@@ -113,6 +117,7 @@ class TrialWriter:
             "trial_id": about.trial_id,
             "query_id": about.query_id,
             "memory_hash": about.memory_hash,
+            **({"state_hash": about.state_hash} if about.state_hash else {}),
             "text_encoder_id": about.text_encoder_id,
             "commit": commit(),
             "started_ns": str(self._clock.now_ns()),
@@ -157,6 +162,7 @@ class TrialReader:
             trial_id=identity["trial_id"],
             query_id=identity["query_id"],
             memory_hash=identity["memory_hash"],
+            state_hash=identity.get("state_hash"),
             text_encoder_id=identity["text_encoder_id"],
             settings=json.loads(self._attachments[SETTINGS_NAME]),
         )
@@ -207,7 +213,8 @@ class TrialReader:
                 if message.topic in (COLOR, DEPTH, GRID, HEIGHTS, POINTS):
                     pictures[message.topic] = decode(message.payload, message.type_name)
                 elif message.topic in RECORDS:
-                    yield _entry(message, pictures, grids, self._attachments)
+                    entry = _entry(message, pictures, grids, self._attachments)
+                    yield replace(entry, log_time_ns=message.log_time_ns)
             except (ValidationError, WireError, KeyError, ValueError) as error:
                 if isinstance(error, LogError):
                     raise

@@ -22,10 +22,11 @@ Attached: TypeAlias = CameraFrame | LidarCloud | OccupancyGrid | Sound | None
 
 @dataclass(frozen=True)
 class Entry:
-    """A record, with the images, points, grid or sound that it is about."""
+    """A record, with the images, points, grid or sound that it is about. log_time_ns: when it was written, else 0."""
 
     record: Record
     attached: Attached = None
+    log_time_ns: int = 0
 
 
 class Journal(Protocol):

@@ -11,19 +11,24 @@ from pathlib import Path
 from typing import Any
 
 from robot_app.certs.certificates import Identity, issue, make_authority, write_new
-from robot_app.certs.zenoh import LOOPBACK, ROBOT, VIEWER, WORKSTATION, ZenohSite
+from robot_app.certs.zenoh import CONSOLE, LOOPBACK, ROBOT, VIEWER, WORKSTATION, ZenohSite
 
 NOTE = "// Made by openbelief certs. docs/security.md says what each part is for.\n"
 
 
-def make_site(folder: Path, site: ZenohSite, names: Sequence[str], now_ns: int, days: int) -> list[Path]:
-    """Everything of a new site, or nothing; FileExistsError where the folder is there. Returns the files."""
+def make_site(
+    folder: Path, site: ZenohSite, names: Sequence[str], now_ns: int, days: int, console: Sequence[str] = ()
+) -> list[Path]:
+    """Everything of a new site, or nothing; FileExistsError where the folder is there. Returns the files.
+
+    console: addresses and names at which browsers reach the operator's page; none: no certificate for it.
+    """
     if os.path.lexists(folder):
         raise FileExistsError(f"{folder} exists")
     folder.parent.mkdir(parents=True, exist_ok=True)
     unfinished = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))  # 0700
     try:
-        _write_site(unfinished, site, names, now_ns, days)
+        _write_site(unfinished, site, names, now_ns, days, console)
         unfinished.rename(folder)
     except BaseException:
         shutil.rmtree(unfinished)
@@ -31,13 +36,19 @@ def make_site(folder: Path, site: ZenohSite, names: Sequence[str], now_ns: int, 
     return sorted(path for path in folder.rglob("*") if path.is_file())
 
 
-def _write_site(folder: Path, site: ZenohSite, names: Sequence[str], now_ns: int, days: int) -> None:
+def _write_site(
+    folder: Path, site: ZenohSite, names: Sequence[str], now_ns: int, days: int, console: Sequence[str]
+) -> None:
     authority = make_authority(f"openbelief site {site.robot}", now_ns, days)
     authority.write(folder, "ca")
     hosts = list(dict.fromkeys([site.robot, LOOPBACK, "localhost", *names]))
     for name, reached_at, server in ((ROBOT, hosts, True), (WORKSTATION, [], False), (VIEWER, [], False)):
         identity = issue(authority, name, reached_at, now_ns, days, server=server)
         _write_machine(folder / name, authority, identity)
+    if console:
+        reached_at = [*dict.fromkeys([*console, LOOPBACK, "localhost"])]
+        _write_machine(folder / CONSOLE, authority, issue(authority, CONSOLE, reached_at, now_ns, days, server=True))
+        _write(folder / CONSOLE / "robot.toml", _console_section(console))
     for name, config in (("router.json5", site.router()), ("bridge.json5", site.bridge())):
         _write(folder / ROBOT / name, NOTE + json.dumps(config, indent=2) + "\n")
     _write(folder / ROBOT / "robot.toml", _section(site.local_endpoint, site.namespace, None))
@@ -59,6 +70,13 @@ def _section(endpoint: str, namespace: str, name: str | None) -> str:
     bodies = "".join(f'{port} = "ros"\n' for port in ("camera", "lidar", "pose", "map", "navigator"))
     lines = "".join(f"{key} = {json.dumps(value)}\n" for key, value in values.items())
     return f"[ports]\n{bodies}\n[zenoh]\n{lines}"
+
+
+def _console_section(hosts: Sequence[str]) -> str:
+    """robot.toml's [console], to be kept beside the certificate."""
+    values = {"accounts": "accounts.json", "certificate": f"{CONSOLE}.pem", "key": f"{CONSOLE}.key"}
+    lines = "".join(f"{key} = {json.dumps(value)}\n" for key, value in values.items())
+    return f"[console]\n{lines}hosts = {json.dumps(list(hosts))}\n"
 
 
 def _write(path: Path, text: str) -> None:

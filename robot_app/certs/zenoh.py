@@ -21,7 +21,7 @@ from drivers.topics import (
 from drivers.watchdog.wire import MAX_BYTES as WATCHDOG_MAX_BYTES
 from drivers.watchdog.wire import WatchdogKeys
 
-ROBOT, WORKSTATION, VIEWER = "robot", "workstation", "viewer"
+ROBOT, WORKSTATION, VIEWER, CONSOLE = "robot", "workstation", "viewer", "console"
 LEASE_MS = 2000  # how soon the robot notices that a link fell silent
 LOOPBACK = "127.0.0.1"
 MAX_SESSIONS = 16

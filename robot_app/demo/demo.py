@@ -15,7 +15,7 @@ from openbelief.memory import ObjectMemory
 from openbelief.perception.sentence import SentenceEncoder
 from openbelief.rooms import rooms_of
 from openbelief.target_phrase import target_phrase
-from robot_app.config import Config, SimSection, dump_config
+from robot_app.config import Config, SimSection, dump_config, load_config
 from robot_app.demo.folder import CONFIG_HEAD, Files
 from robot_app.demo.walk import record_walk
 from robot_app.mapping.job import MapJob, Progress
@@ -52,21 +52,47 @@ def run_demo(folder: Path, query: str, scene: str, seed: int, progress: Progress
     world = World.load(scene)
     files = Files(folder)
     files.claim()
+    config = _new_site(files, world, scene, seed, progress, tell)
+    return ask_and_replay(config, files, query, tell)
+
+
+def demo_site(folder: Path, scene: str, seed: int, progress: Progress, tell: Callable[[str], None]) -> Config:
+    """The configuration of a simulated site with its memory; an earlier demo's of that scene is used as it is.
+
+    Raises as `run_demo` does.
+    """
+    world, files = World.load(scene), Files(folder)
+    if files.marker.is_file() and files.memory.is_file() and files.config.is_file():
+        config = load_config(files.config)
+        if (config.sim.scene, config.sim.seed) == (_named(scene), seed):
+            tell(f"The memory of an earlier demo is used: {files.memory}.")
+            return config
+    files.claim()
+    return _new_site(files, world, scene, seed, progress, tell)
+
+
+def _new_site(
+    files: Files, world: World, scene: str, seed: int, progress: Progress, tell: Callable[[str], None]
+) -> Config:
     config = Config(
         memory=files.memory,
-        trials=folder,
+        trials=files.folder,
         sim=SimSection(scene=scene, seed=seed),
         mission=MissionPolicy(motion="allow"),
     )
     files.config.write_text(CONFIG_HEAD + dump_config(_from_its_folder(config)), encoding="utf-8")
     make_memory(config, world, files, progress, tell)
-    return ask_and_replay(config, files, query, tell)
+    return config
+
+
+def _named(scene: str) -> str:
+    """As a robot.toml names it from its own folder."""
+    return str(Path(scene).resolve()) if Path(scene).is_file() else scene
 
 
 def _from_its_folder(config: Config) -> Config:
     """As it reads from a robot.toml beside the memory, whose paths are relative to it."""
-    scene = Path(config.sim.scene)
-    sim = config.sim.model_copy(update={"scene": str(scene.resolve()) if scene.is_file() else config.sim.scene})
+    sim = config.sim.model_copy(update={"scene": _named(config.sim.scene)})
     memory = config.memory and Path(config.memory.name)
     return config.model_copy(update={"memory": memory, "trials": Path(), "sim": sim})
 

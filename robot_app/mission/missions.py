@@ -17,6 +17,8 @@ from logs.trial.journal import Entry, Journal
 from openbelief.memory import ObjectMemory
 from robot_app.app import Robot, mission_perception, mission_text_encoder, open_robot
 from robot_app.config import Config, ConfigError, dump_config
+from robot_app.mission.attended import attended
+from robot_app.mission.operator import Operator as AttendingOperator
 from robot_app.mission.safety import Watch, watched
 from robot_app.mission.trials import run_recorded
 
@@ -44,13 +46,16 @@ class Missions:
         memory_path: Path,
         operator: Operator,
         watch: Watch,
+        kept: Config | None = None,
     ) -> None:
-        self._config, self._robot, self._memory, self._memory_path = config, robot, memory, memory_path
+        """kept: the configuration that trials keep, where it is another: a simulated robot's behind its wire."""
+        self._config, self._memory_path, self._kept = config, memory_path, kept or config
         self._trial: Journal | None = None
         self._parameters = config.mission_parameters(memory.parameters)
-        self.watch = watch
+        self.watch, self.robot, self.memory = watch, robot, memory
         perception = mission_perception(config, mission_text_encoder(config))
-        self.ports = replace(robot.ports(operator, perception, watch.safety), navigator=watch.navigator)
+        ports = replace(robot.ports(operator, perception, watch.safety), navigator=watch.navigator)
+        self.ports = attended(ports, operator) if isinstance(operator, AttendingOperator) else ports
 
     def ask(
         self,
@@ -68,7 +73,7 @@ class Missions:
         notes: of how it was asked, for the trial.
         """
         self.watch.heartbeat.resume()
-        trial_id = f"{self._robot.clock.now_ns()}"
+        trial_id = f"{self.robot.clock.now_ns()}"
         path = trial or _unused(self._config.trials / f"trial_{trial_id}.mcap")
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
@@ -76,13 +81,13 @@ class Missions:
                 path,
                 sentence,
                 ports=self.ports,
-                memory=self._memory,
+                memory=self.memory,
                 memory_path=self._memory_path,
                 parameters=self._parameters,
                 policy=self._config.mission,
                 trial_id=trial_id,
                 query_id=f"{trial_id}-1",
-                configuration=dump_config(self._config),
+                configuration=dump_config(self._kept),
                 who=who,
                 how=how,
                 watching=watching,
@@ -94,10 +99,6 @@ class Missions:
         if USE_THE_REMOTE in outcome.reason.lower():
             self.watch.heartbeat.abandon()  # our cancel went unanswered: the watchdog on the robot cancels there
         return RecordedMission(outcome, path, failure)
-
-    @property
-    def memory(self) -> ObjectMemory:
-        return self._memory
 
     def note(self, note: Entry) -> None:
         """Keep it in the trial of the mission under way, from any thread; between missions there is none to keep it."""
@@ -115,8 +116,11 @@ def _unused(path: Path) -> Path:
 
 
 @contextmanager
-def open_missions(config: Config, operator: Operator) -> Iterator[Missions]:
-    """Memory and robot of a configuration. Raises ConfigError, BeliefFileError or PortError with a sentence."""
+def open_missions(config: Config, operator: Operator, *, kept: Config | None = None) -> Iterator[Missions]:
+    """Memory and robot of a configuration. Raises ConfigError, BeliefFileError or PortError with a sentence.
+
+    kept: the configuration that trials keep instead.
+    """
     if config.memory is None:
         raise ConfigError('no memory is named: say memory = "site.belief" (openbelief map makes one)')
     memory = ObjectMemory.open(config.memory, text_encoder=mission_text_encoder(config))
@@ -125,7 +129,7 @@ def open_missions(config: Config, operator: Operator) -> Iterator[Missions]:
         _log_file(config.trials / "log.jsonl", robot.clock),
         watched(config, robot, memory) as watch,
     ):
-        yield Missions(config, robot, memory, config.memory, operator, watch)
+        yield Missions(config, robot, memory, config.memory, operator, watch, kept)
 
 
 def _because(stop: StopRequest | None) -> str | None:

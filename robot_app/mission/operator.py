@@ -149,11 +149,11 @@ class Operator:
             self._leases.release(lease)
         self._tell(Change.LEASE, "Nobody commands the robot now.")
 
-    def beat(self, lease: Lease) -> None:
-        """A sign of life of the client that commands; raises Refused where it does not."""
+    def beat(self, lease: Lease, *, age_s: float = 0.0) -> None:
+        """A sign of life of the client that commands, given so long ago; raises Refused where it does not command."""
         with self._changed:
             self._leases.require(lease)
-            self._beat_s = self._now_s()
+            self._beat_s = max(self._beat_s, self._now_s() - age_s)
 
     def silence(self) -> str | None:
         """Why a moving robot must be held: whoever commands it is not heard. None where all is well."""
@@ -263,6 +263,14 @@ class Operator:
 
     def stop_requested(self) -> StopRequest | None:
         return self._stop
+
+    def await_stop(self, seconds: float) -> bool:
+        """Wait so long for a STOP; whether there is one."""
+        end_s = time.monotonic() + seconds
+        with self._changed:
+            while self._stop is None and (left_s := end_s - time.monotonic()) > 0.0:
+                self._changed.wait(left_s)
+            return self._stop is not None
 
     def confirm(self, question: Question, timeout_s: float) -> Reply:
         """The answer to this question alone; a takeover puts it anew, to the new operator."""

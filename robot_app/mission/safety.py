@@ -27,12 +27,13 @@ ARRIVING = {"pose", "camera", "cloud", "battery unknown"}  # conditions that the
 @dataclass(frozen=True)
 class Watch:
     """navigator: the robot's, whose goals keep the heart beating only while they are watched. watchdog: the robot's, as
-    it is heard here; a simulated robot has none."""
+    it is heard here; a simulated robot has none. trouble: what is wrong with link or watchdog, for a screen."""
 
     safety: Safety
     navigator: Navigator
     heartbeat: Heartbeat
     watchdog: WatchdogView
+    trouble: Callable[[], str | None] = nothing_wrong
 
 
 @contextmanager
@@ -61,7 +62,7 @@ def watched(config: Config, robot: Robot, memory: ObjectMemory) -> Iterator[Watc
             _await_armed(watchdog)
         safety = Supervision(sources, config.safety)
         _await_first_data(robot, safety)
-        yield Watch(safety, pulse, heartbeat, watchdog)
+        yield Watch(safety, pulse, heartbeat, watchdog, lambda: sources.link() or sources.watchdog())
 
 
 def _await_armed(watchdog: WatchdogView) -> None:

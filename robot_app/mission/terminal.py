@@ -6,7 +6,7 @@ import getpass
 import re
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TextIO
 
 from drivers.ports import Approval
@@ -33,6 +33,7 @@ class Terminal:
 
     Use as a context manager around missions. where_empty: what an empty line does between questions. under_way: whether
     a mission runs; where a terminal goes away meanwhile, nobody could type "stop" any more, and that is a stop.
+    more: further words, and what they do. commands: whether it takes the lease at once, or waits for "take over".
     """
 
     def __init__(
@@ -44,10 +45,12 @@ class Terminal:
         screen: TextIO | None = None,
         where_empty: Callable[[], None] | None = None,
         under_way: Callable[[], bool] | None = None,
+        more: Mapping[str, Callable[[], None]] | None = None,
+        commands: bool = True,
     ) -> None:
         self._operator, self.who = operator, who or _user()
         self._source, self._screen = source or sys.stdin, screen or sys.stderr
-        self._where_empty = where_empty or operator.end
+        self._where_empty, self._more, self._commands = where_empty or operator.end, more or {}, commands
         self._under_way = under_way or (lambda: operator.mission is not None)
         self._typed, self._shown = _is_terminal(self._source), _is_terminal(self._screen)
         self._dark = False  # nothing can be shown any more
@@ -55,7 +58,7 @@ class Terminal:
 
     def __enter__(self) -> Terminal:
         self._operator.join(HOW)
-        if self._operator.lease is None:
+        if self._commands and self._operator.lease is None:
             self._lease = self._operator.take(self.who, HOW)
         self._end_listening = self._operator.listen(self._hear)
         threading.Thread(target=self._read, name="operator", daemon=True).start()
@@ -114,6 +117,8 @@ class Terminal:
         try:
             if words in STOP_WORDS:
                 self._operator.stop(because="the operator said stop", who=self.who, how=HOW)
+            elif words in self._more:
+                self._more[words]()
             elif words == TAKE_OVER:
                 self._lease = self._operator.take(self.who, HOW, over=True)
             elif (asked := self._operator.question) is not None:
@@ -147,7 +152,7 @@ class Terminal:
 
     @property
     def _taken(self) -> bool:
-        return self._operator.lease is not None and self._operator.lease is not self._lease
+        return self._lease is None or self._operator.lease is not self._lease
 
 
 def _is_terminal(stream: TextIO | None) -> bool:

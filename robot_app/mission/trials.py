@@ -86,6 +86,7 @@ def run_recorded(
         trial_id=trial_id,
         query_id=query_id,
         memory_hash=memory.content_hash,
+        state_hash=memory.state_hash,
         text_encoder_id=memory.text_encoder_id,
         settings={"parameters": parameters.to_dict(), "policy": policy.to_dict()},
     )
@@ -150,7 +151,7 @@ def _seed(trial: TrialReader) -> int:
 
 
 def trial_memory(trial: TrialReader, memory_path: Path | None) -> ObjectMemory:
-    """The memory that the trial used: the file given, else the attached one; another content hash is refused."""
+    """The memory that the trial used: the file given, else the attached one; one of another hash is refused."""
     encoder = _encoder(trial)
     if memory_path is not None:
         memory = ObjectMemory.open(memory_path, text_encoder=encoder)
@@ -164,12 +165,22 @@ def trial_memory(trial: TrialReader, memory_path: Path | None) -> ObjectMemory:
             f"{trial.path} names its memory only by its hash {trial.about.memory_hash[:12]} (over "
             f"{MEMORY_MAX_BYTES >> 20} MiB): give the file with --memory"
         )
+    _require_same(memory, trial, memory_path or trial.path)
+    return memory
+
+
+def _require_same(memory: ObjectMemory, trial: TrialReader, path: Path) -> None:
+    """Content and rooms, as far as the trial names them. Raises TrialError."""
     if memory.content_hash != trial.about.memory_hash:
         raise TrialError(
-            f"{memory_path or trial.path} holds memory {memory.content_hash[:12]}, the trial used "
+            f"{path} holds memory {memory.content_hash[:12]}, the trial used "
             f"{trial.about.memory_hash[:12]}: give that file with --memory"
         )
-    return memory
+    if trial.about.state_hash not in (None, memory.state_hash):
+        raise TrialError(
+            f"{path} holds the memory with other rooms (state {memory.state_hash[:12]}) than the trial used "
+            f"({(trial.about.state_hash or '')[:12]}): give that file with --memory"
+        )
 
 
 def _encoder(trial: TrialReader) -> TextEncoder:
@@ -201,7 +212,7 @@ def _summary(trial: TrialReader) -> TrialSummary:
         end=outcome.end if outcome else "UNFINISHED",
         reason=outcome.reason if outcome else "cut off before its end",
         visits=outcome.visits if outcome else 0,
-        candidates=tuple(_stories(trial.decisions).values()),
+        candidates=tuple(stories_of(trial.decisions).values()),
         simulated=_simulated(trial.configuration),
     )
 
@@ -216,7 +227,7 @@ def _simulated(configuration: str | None) -> bool | None:
     return bool(bodies.get("navigator", "sim") == "sim")
 
 
-def _stories(decisions: list[Record]) -> dict[int, tuple[str, str]]:
+def stories_of(decisions: list[Record]) -> dict[int, tuple[str, str]]:
     """object id -> (label, last verdict, or why it was set aside), in the order of the tries."""
     stories: dict[int, tuple[str, str]] = {}
     for record in decisions:

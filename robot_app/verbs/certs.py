@@ -27,6 +27,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--name", type=_host, action="append", default=[], metavar="HOST", help="another name of the robot (again)"
     )
+    parser.add_argument(
+        "--console",
+        type=_host,
+        action="append",
+        default=[],
+        metavar="HOST",
+        help="where browsers reach the operator's page (again for more)",
+    )
     parser.add_argument("--port", type=int, default=7447, help="default 7447")
     parser.add_argument(
         "--namespace", type=_matching(NAMESPACE, "/g1"), default="", help='the bridge\'s, like "/g1" (default: none)'
@@ -50,7 +58,7 @@ def run(options: argparse.Namespace) -> int:
         raise Failure("--days must be 1 to 3650 and --port 1 to 65534")
     site = ZenohSite(options.robot, options.port, options.namespace, options.installed.rstrip("/"))
     try:
-        written = make_site(options.output, site, options.name, SystemClock().now_ns(), options.days)
+        written = make_site(options.output, site, options.name, SystemClock().now_ns(), options.days, options.console)
     except FileExistsError as error:
         raise Failure(f"{options.output} exists: keys are never overwritten, name a new folder") from error
     except (OSError, ValueError) as error:

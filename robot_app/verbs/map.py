@@ -150,6 +150,7 @@ def _report(out: Path, result: MapResult) -> dict[str, Any]:
     return {
         "memory": str(out),
         "content_hash": memory.content_hash,
+        "state_hash": memory.state_hash,
         "recordings": [
             {
                 "recording": reader.recording,

@@ -46,6 +46,7 @@ def run(options: argparse.Namespace) -> None:
         "readout": options.readout,
         "memory": str(options.memory),
         "content_hash": memory.content_hash,
+        "state_hash": memory.state_hash,
         "margin": ranked[0].score - ranked[1].score if len(ranked) > 1 else None,
         "candidates": [describe(memory, candidate) for candidate in candidates],
     }

@@ -54,6 +54,7 @@ def run(options: argparse.Namespace) -> None:
     report = {
         "memory": str(options.out),
         "content_hash": new.content_hash,
+        "state_hash": new.state_hash,
         "source": {"memory": str(options.memory), "content_hash": old.content_hash},
         "changed": changes,
         "observations": len(new.observations),

@@ -1,29 +1,34 @@
-"""Live: one mission after the other, typed at a prompt, until an empty line or the end of input.
+"""Live: one mission after the other, typed at a prompt or asked for on a page, until an empty line or the end of input.
 
 Every mission is recorded as a trial. Type stop at any time to stop the robot; Ctrl-C stops the mission under way, and
 ends the program where none is. This is a software stop over a network: the hand-held remote is the emergency stop.
+
+With --console a page shows camera, plan, candidates and evidence, and commands the robot from a browser; the terminal
+prints a link that logs one browser in, once (type pair, or pair viewer, for another one). It listens at this machine
+only, unless a host is named; that needs a certificate (openbelief certs) and an account (openbelief accounts).
 """
 
 from __future__ import annotations
 
 import argparse
-import signal
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robot_app.cli import Failure, print_json
 
 if TYPE_CHECKING:
-    from robot_app.mission.missions import Missions
-    from robot_app.mission.operator import Operator
+    from robot_app.config import Config
+    from robot_app.console.server import Listening
 
-EXAMPLE = "openbelief run --config demo-out/robot.toml"
+EXAMPLE = "openbelief run --config demo-out/robot.toml --console 8800"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--config", type=Path, default=Path("robot.toml"), metavar="robot.toml", help="default robot.toml"
+    )
+    parser.add_argument(
+        "--console", type=listening, metavar="[HOST:]PORT", help="serve the page (port 0: any free one)"
     )
 
 
@@ -31,38 +36,71 @@ def run(options: argparse.Namespace) -> int:
     from drivers.ports import PortError
     from openbelief.store import BeliefFileError
     from robot_app.config import ConfigError, load_config
-    from robot_app.mission.missions import open_missions
-    from robot_app.mission.operator import Operator
-    from robot_app.mission.terminal import Terminal
-    from robot_app.signals import signals_stop
 
     try:
         config = load_config(options.config)
-        operator = Operator()
-        with (
-            Terminal(operator, who=config.recording.operator),
-            signals_stop(operator) as heard,
-            open_missions(config, operator) as missions,
-        ):
-            if not heard:
-                operator.tell(f"Ready over {config.memory}. Ask for a thing; an empty line ends.")
-                _missions(missions, operator, heard, as_json=options.json)
+        if options.console is None:
+            _at_the_terminal(config, as_json=options.json)
+        else:
+            with_console(config, options.console, as_json=options.json)
     except (ConfigError, PortError, BeliefFileError, OSError) as error:
         raise Failure(str(error)) from error
     return 0
 
 
-def _missions(missions: Missions, operator: Operator, heard: list[int], *, as_json: bool) -> None:
-    """heard: the signals so far; Ctrl-C ends a mission, the others the program too."""
-    while not any(number != signal.SIGINT for number in heard) and (sentence := operator.next_sentence()):
-        operator.begin(sentence)
-        try:
-            recorded = missions.ask(sentence.text, who=sentence.who, how=sentence.how)
-        except ValueError as error:
-            print(f"openbelief run: {error}", file=sys.stderr)
-            continue
-        finally:
-            operator.ended()
-        operator.tell(f"trial: {recorded.failure or recorded.trial}")
-        if as_json:
-            print_json({"query": sentence.text} | recorded.as_json())
+def listening(text: str) -> Listening:
+    """[HOST:]PORT of an argument."""
+    from robot_app.console.server import listening_of
+
+    try:
+        return listening_of(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
+
+
+def _at_the_terminal(config: Config, *, as_json: bool) -> None:
+    from robot_app.mission.live import run_missions
+    from robot_app.mission.missions import open_missions
+    from robot_app.mission.operator import Operator
+    from robot_app.mission.terminal import Terminal
+    from robot_app.signals import signals_stop
+
+    operator = Operator()
+    with (
+        Terminal(operator, who=config.recording.operator),
+        signals_stop(operator) as heard,
+        open_missions(config, operator) as missions,
+    ):
+        if not heard:
+            operator.tell(f"Ready over {config.memory}. Ask for a thing; an empty line ends.")
+            run_missions(missions, operator, heard, report=print_json if as_json else None)
+
+
+def with_console(config: Config, listening: Listening, *, as_json: bool) -> None:
+    """The page's missions ask a person before motion, whatever the configuration allows: one is there."""
+    from dataclasses import replace
+
+    from robot_app.console.console import open_console
+    from robot_app.console.invitation import Invitation
+    from robot_app.mission.live import run_missions
+    from robot_app.mission.missions import open_missions
+    from robot_app.mission.operator import Operator
+    from robot_app.mission.terminal import Terminal
+    from robot_app.signals import signals_stop
+    from robot_app.wall_time_robot import in_wall_time
+
+    asking = config.model_copy(update={"mission": replace(config.mission, motion="ask")})
+    operator = Operator()
+    with (
+        signals_stop(operator) as heard,
+        in_wall_time(asking) as reached,
+        open_missions(reached, operator, kept=asking) as missions,
+        open_console(listening, reached, operator, missions) as console,
+    ):
+        invite = Invitation(console.server, config.recording.operator or "operator")
+        more = {"pair": invite.operator, "pair viewer": invite.viewer}
+        with Terminal(operator, who=config.recording.operator, where_empty=invite.again, more=more, commands=False):
+            if not heard:
+                invite.operator()
+                report = print_json if as_json else None
+                run_missions(missions, operator, heard, report=report, watching=(console.live,))

@@ -123,7 +123,10 @@ def run(options: argparse.Namespace, stop: threading.Event) -> None:
         topics.start_imu()
         topics.start_battery(CHARGE)
         opened.enter_context(LiveCamera(clock, robot, eyes, topics, CAMERA_RATE_HZ))
-        opened.enter_context(emulated_lidar(robot, renderer, options.lidar_ip, options.host_ip, wall))
+        if options.lidar == "topic":
+            topics.start_lidar(eyes)
+        else:
+            opened.enter_context(emulated_lidar(robot, renderer, options.lidar_ip, options.host_ip, wall))
         keeper, remote = RealTimePacer(clock, wall), Remote(robot, clock, world)
         remote.listen()
         say({"endpoint": endpoint, "scene": world.name})
@@ -138,6 +141,7 @@ def main() -> int:
     parser.add_argument("--scene", default="flat", help="a scene file, or a built-in one (flat)")
     parser.add_argument("--seed", type=int, default=1, help="of the sensors' noise")
     parser.add_argument("--listen", metavar="ENDPOINT", help="like tcp/127.0.0.1:7447 (default: any free port)")
+    parser.add_argument("--lidar", choices=["sensor", "topic"], default="sensor", help="UDP packets, or a ROS topic")
     parser.add_argument("--lidar-ip", default=EmulatorSettings.lidar_ip, help="a loopback address (default 127.0.0.2)")
     parser.add_argument("--host-ip", default=EmulatorSettings.host_ip, help="where onboard listens (default 127.0.0.1)")
     stop = threading.Event()

@@ -112,6 +112,11 @@ class SimRosPublisher:
 
         self._clock.every(1.0 / TF_RATE_HZ, send)
 
+    def start_lidar(self, eyes: Eyes) -> None:
+        """Clouds as a topic, where no sensor sends them."""
+        self._eyes = eyes
+        self._clock.every(1.0 / self._lidar_rate_hz, self._lidar)
+
     def start_battery(self, fraction: float) -> None:
         """The charge, 0 to 1, once a second; a simulated battery never runs down."""
 

@@ -333,7 +333,7 @@ def test_a_question_is_bound_to_the_object_its_goal_the_way_and_the_memory(stage
     s.replies = ["no"]
     s.run()
     [question] = s.questions
-    assert question.memory_hash == s.memory.content_hash
+    assert question.memory_hash == s.memory.state_hash
     assert question.object_id == s.of(records.Chosen)[0].object_id == question.options[0].object_id
     assert question.path_length_m == pytest.approx(question.goal.distance_to(s.robot))
     assert [option.number for option in question.options] == list(range(1, len(question.options) + 1))

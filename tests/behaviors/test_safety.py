@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from behaviors.events import End
-from behaviors.supervisor import GOAL_ZONE
+from behaviors.supervisor import GOAL_ZONE, OPERATOR_SILENT
 from drivers.ports import NavigationResult, NavigationStatus, Reaction, SafetyVerdict
 from logs.trial import records
 from robot_app.mission.trials import replay_trial, run_recorded
@@ -229,3 +229,11 @@ def test_verdicts_and_clouds_come_back_from_the_trials_file_and_replay_to_the_sa
     ]  # before the drive, and again after the hold
     clouds = [e.attached for e in replayed.trial.entries if isinstance(e.record, records.Cloud)]
     assert {len(cloud.points) for cloud in clouds} == {20}
+
+
+def test_holds_by_the_operators_page_do_not_add_up_to_a_fault(s, make):
+    s.drives = [make.drive(end=None)] * 5 + [make.drive()]
+    hold = SafetyVerdict(Reaction.HOLD, OPERATOR_SILENT, "The page is not on a screen.")
+    s.verdict = script(*[run for _ in range(5) for run in ((10, GO), (5, hold))], (1, GO))
+    assert s.run().end is End.CONFIRMED
+    assert len(s.cancelled) == 5 and s.asked.count(next(q for q in s.asked if "May I walk on" in q)) == 5

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from logs.record.recorder import McapRecorder
 from logs.trial import records
 from logs.trial.file import TrialError, TrialReader, TrialWriter
 from logs.trial.journal import Entry
+from openbelief.rooms import Room
 from openbelief.traversability import OccupancyGrid
 from robot_app.cli import main
 from robot_app.mission.trials import replay_trial, run_recorded
@@ -95,6 +97,25 @@ def test_what_a_decision_saw_is_lossless(reject_then_confirm):
     assert frames[-1].intrinsics == from_robot.intrinsics
     grid = next(e.attached for e in trial.entries if isinstance(e.attached, OccupancyGrid))
     assert np.array_equal(grid.cells, s.ports.map.latest().cells) and grid.resolution_m == 0.05
+
+
+def test_a_memory_with_other_rooms_is_another_memory_for_a_trial_that_names_its_rooms(reject_then_confirm, tmp_path):
+    s = reject_then_confirm
+    moved = s.memory.with_rooms([Room("hall", [[-9, -9], [9, -9], [9, 9], [-9, 9]])])
+    moved.save(tmp_path / "moved.belief")
+    assert moved.content_hash == s.memory.content_hash
+    with pytest.raises(TrialError, match=r"^[^\n]*with other rooms[^\n]*--memory$"):
+        replay_trial(s.trial, tmp_path / "moved.belief")
+
+
+def test_a_trial_from_before_rooms_were_named_replays_with_any_rooms(reject_then_confirm, tmp_path):
+    s, whole = reject_then_confirm, TrialReader(reject_then_confirm.trial)
+    older = dataclasses.replace(whole.about, state_hash=None)
+    with TrialWriter(tmp_path / "older.mcap", s.clock, about=older, memory_path=s.memory_path) as writer:
+        for entry in whole.entries:
+            writer.write(entry.record, entry.attached)
+    s.memory.with_rooms([Room("hall", [[90, 90], [91, 90], [91, 91]])]).save(tmp_path / "moved.belief")
+    assert replay_trial(tmp_path / "older.mcap", tmp_path / "moved.belief").difference is None
 
 
 def test_a_map_that_did_not_change_is_in_the_file_once(reject_then_confirm):

@@ -321,3 +321,39 @@ def test_other_parameters_over_the_same_evidence_need_no_encoder(memory, tmp_pat
     assert opened.rebuilt(memory.parameters).content_hash == memory.content_hash
     with pytest.raises(ValueError, match="voxel_m"):
         opened.rebuilt(Parameters(voxel_m=0.05))
+
+
+def test_the_state_hash_covers_content_and_rooms_given_and_derived(memory, tmp_path):
+    corners = [[-1, -1], [3, -1], [3, 1], [-1, 1]]
+    kept = [
+        memory,
+        memory.with_rooms([Room("west", corners)]),
+        memory.with_rooms([Room("east", corners)]),
+        memory.with_rooms([Room("west", corners, given=False, because="a red chair stands there")]),
+        memory.with_rooms([Room("west", corners, heights_m=(0.0, 2.5))]),
+    ]
+    assert len({m.state_hash for m in kept}) == 5 and {m.content_hash for m in kept} == {memory.content_hash}
+    kept[3].save(tmp_path / "a.belief")
+    opened = ObjectMemory.open(tmp_path / "a.belief")
+    assert opened.state_hash == kept[3].state_hash and opened.objects[0].room == "west"
+    assert opened.rooms[0].because == "a red chair stands there" and not opened.rooms[0].given
+
+
+@given(seed=st.integers(0, 10_000), readout=st.sampled_from(READOUTS), limit=st.integers(1, 5), aligned=st.booleans())
+@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_the_best_few_are_the_first_of_all(observe, tiny_encoder, seed, readout, limit, aligned):
+    """Ties too: things that look and are called the same score the same, wherever they stand in the matrices."""
+    rng, words = np.random.default_rng(seed), ("red chair", "chair", "floor lamp", None, "white wall")
+    views = [
+        observe(words[rng.integers(5)], at=(2 * i, 0, 0), frame=i, look=int(rng.integers(3)), side=2) for i in range(37)
+    ]
+    memory = ObjectMemory.build(views, tiny_encoder, feature_text_aligned=aligned)
+    query, exclude = rng.normal(size=16), set(rng.integers(0, 37, 5).tolist())
+    ranked = memory.rank(query, readout, exclude)
+    assert memory.rank(query, readout, exclude, limit) == ranked[:limit] and not exclude & {c.object_id for c in ranked}
+    assert [(-c.score, c.object_id) for c in ranked] == sorted((-c.score, c.object_id) for c in ranked)
+    of_kind = {}
+    for c in ranked:
+        node = memory.objects[c.object_id]
+        of_kind.setdefault((node.label, node.feature.tobytes()), set()).add(c.score)
+    assert all(len(scores) == 1 for scores in of_kind.values())

@@ -117,7 +117,7 @@ def test_zones_and_mounts_in_robot_toml_read_back_to_the_same_values(tmp_path):
     ("text", "complaint"),
     [
         ("[safety]\nkeep_out = [[[0.0, 0.0], [1.0, 1.0]]]", "needs 3 or more"),
-        ("[safety]\nbattery_start = -1.0", "must be greater than 0"),
+        ("[safety]\nbattery_start = -1.0", "greater than 0"),
         ("[safety]\nwatchdog = 'maybe'", "safety.watchdog"),
         ("[onboard]\nmounts = ['base_link livox_frame 0 0']", "parent child x y z roll pitch yaw"),
     ],

@@ -1,0 +1,69 @@
+"""Floor with room for the robot, worked out tile by tile where somebody asks: a large site costs what is looked at."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from openbelief.arrays import Array
+from openbelief.traversability import INSCRIBED, OCCUPIED, UNKNOWN, OccupancyGrid
+
+TILE = 128  # cells
+FREE, BLOCKED = 1, 2  # 0: not worked out yet
+
+
+class Walkable:
+    """`grid.inflated(radius_m).free`, by flat cells of the grid with one more cell all round, which is not free."""
+
+    def __init__(self, grid: OccupancyGrid, radius_m: float) -> None:
+        self._grid = grid
+        self.shape = (grid.cells.shape[0] + 2, grid.cells.shape[1] + 2)
+        self.cells = self.shape[0] * self.shape[1]
+        self._state = np.zeros(self.cells, np.uint8)  # memory only where it is touched
+        self._disc = _disc(radius_m, grid.resolution_m)
+
+    def flat(self, cells: Array) -> Array:
+        """(...) int64 of (..., 2) row and column in the grid."""
+        return (cells[..., 0] + 1) * self.shape[1] + cells[..., 1] + 1
+
+    def free(self, flat: Array) -> Array:
+        """(...) bool."""
+        state = self._state[flat]
+        if not state.all():
+            self._work_out(flat[state == 0])
+            state = self._state[flat]
+        return state == FREE
+
+    def open(self, flat: Array) -> None:
+        """Cells that the robot may walk all the same: its way out of a margin that it stands in."""
+        self.free(flat)
+        self._state[flat] = FREE
+
+    def _work_out(self, flat: Array) -> None:
+        rows, columns = np.divmod(flat, self.shape[1])
+        for row, column in np.unique(np.stack((rows // TILE, columns // TILE), axis=1), axis=0).tolist():
+            top, left = row * TILE, column * TILE
+            tile = self._state.reshape(self.shape)[top : top + TILE, left : left + TILE]
+            tile[:] = np.where(self._free_in(top - 1, left - 1, tile.shape), FREE, BLOCKED)
+
+    def _free_in(self, top: int, left: int, shape: tuple[int, ...]) -> Array:
+        """(h, w) bool of the grid's cells from (top, left), some of them beside the grid."""
+        reach = self._disc.shape[0] // 2
+        cells = np.full((shape[0] + 2 * reach, shape[1] + 2 * reach), UNKNOWN, np.int8)
+        height, width = self._grid.cells.shape
+        first = np.array([top - reach, left - reach])
+        low, high = np.maximum(first, 0), np.minimum(first + cells.shape, [height, width])
+        inside = tuple(slice(a, b) for a, b in zip(low - first, high - first, strict=True))
+        cells[inside] = self._grid.cells[low[0] : high[0], low[1] : high[1]]
+        near = cv2.dilate(
+            (cells >= OCCUPIED).astype(np.uint8), self._disc, borderType=cv2.BORDER_CONSTANT, borderValue=0
+        )
+        free = (cells >= 0) & (cells < INSCRIBED) & (near == 0)
+        return free[reach : reach + shape[0], reach : reach + shape[1]]
+
+
+def _disc(radius_m: float, resolution_m: float) -> Array:
+    """(2 r + 1, 2 r + 1) uint8: 1 for the cells whose centres are within the radius, as `inflated` has it."""
+    reach = int(radius_m / resolution_m) + 1
+    away = np.arange(-reach, reach + 1)
+    return (np.sqrt(away[:, None] ** 2 + away**2) * resolution_m <= radius_m).astype(np.uint8)

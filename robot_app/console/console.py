@@ -1,0 +1,48 @@
+"""The console beside live missions: what the robot says, what the mission does, and the server that shows both."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from robot_app.config import Config
+from robot_app.console.live_pages import LivePages
+from robot_app.console.server import Listening, Parts, Server, serving
+from robot_app.console.snapshots import LiveMission, Snapshots
+from robot_app.console.telemetry import Telemetry
+from robot_app.console.trial_pages import TrialPages
+from robot_app.mission.missions import Missions
+from robot_app.mission.operator import Operator
+from robot_app.mission.trial_shelf import TrialShelf
+
+
+@dataclass(frozen=True)
+class OpenConsole:
+    """server: where it is. live: give it to `Missions.ask` as what watches."""
+
+    server: Server
+    live: LiveMission
+
+
+@contextmanager
+def open_console(listening: Listening, config: Config, operator: Operator, missions: Missions) -> Iterator[OpenConsole]:
+    """Serve these missions' pages. Raises Failure where it may or can not."""
+    from robot_app.console.commands import HOW
+
+    live, memory = LiveMission(missions.memory), missions.memory
+    with Telemetry(missions.robot, config.trials, missions.watch.trouble) as telemetry:
+        snapshots = Snapshots(operator, live, lambda: telemetry.readings)
+        parts = Parts(
+            operator=operator,
+            snapshots=snapshots,
+            picture=telemetry.picture,
+            live_pages=LivePages(operator, memory, config.safety, missions.robot.map, live),
+            trial_pages=TrialPages(TrialShelf(config.trials)),
+        )
+        with serving(listening, config.console, parts) as server:
+            operator.join(HOW)
+            try:
+                yield OpenConsole(server, live)
+            finally:
+                operator.leave(HOW)

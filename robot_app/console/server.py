@@ -1,0 +1,219 @@
+"""The console's server: Starlette behind uvicorn, on a thread of its own beside the missions."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import ipaddress
+import socket
+import ssl
+import sys
+import threading
+from collections.abc import AsyncIterator, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from robot_app.cli import Failure
+from robot_app.config import ConsoleSection
+from robot_app.console.accounts import Accounts, Role
+from robot_app.console.commands import Commands
+from robot_app.console.doors import Address, Doors
+from robot_app.console.hub import Hub
+from robot_app.console.live_pages import LivePages
+from robot_app.console.logins import Logins
+from robot_app.console.sessions import Sessions
+from robot_app.console.snapshots import Snapshots
+from robot_app.console.telemetry import Picture
+from robot_app.console.trial_pages import TrialPages
+from robot_app.mission.operator import Operator
+
+STATIC = Path(__file__).parent / "static"
+WS_MESSAGE_MAX = 16 << 10
+SWITCH_S = 0.0005  # a busy mission thread gives the interpreter up this often: a STOP waits no longer for it
+START_S = 10.0
+
+
+@dataclass(frozen=True)
+class Listening:
+    """HOST:PORT as asked for on the command line. Loopback unless a host is named."""
+
+    host: str
+    port: int
+
+    @property
+    def loopback(self) -> bool:
+        return self.host == "localhost" or ipaddress.ip_address(self.host).is_loopback
+
+    @property
+    def name(self) -> str:
+        return f"[{self.host}]" if ":" in self.host else self.host
+
+
+def listening_of(text: str) -> Listening:
+    """[HOST:]PORT; an IPv6 address in brackets. Raises ValueError."""
+    host, _, port = text.rpartition(":")
+    host = host.removeprefix("[").removesuffix("]") or "127.0.0.1"
+    try:
+        address = ipaddress.ip_address(host if host != "localhost" else "127.0.0.1")
+        if not 0 <= int(port) <= 65535 or address.is_unspecified:
+            raise ValueError  # one address: a console never listens at all interfaces
+    except ValueError:
+        raise ValueError(f"[HOST:]PORT is needed, an address and a port like 192.168.1.5:8800, not {text!r}") from None
+    return Listening(host, int(port))
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What the server shows and obeys."""
+
+    operator: Operator
+    snapshots: Snapshots
+    picture: Picture
+    live_pages: LivePages
+    trial_pages: TrialPages
+
+
+class Server:
+    """A running console. url: where a browser finds it. reachable: from other machines too."""
+
+    def __init__(self, address: Address, sessions: Sessions, *, reachable: bool) -> None:
+        self.address, self._sessions, self.reachable = address, sessions, reachable
+
+    @property
+    def url(self) -> str:
+        return self.address.url
+
+    def pairing_url(self, name: str, role: Role) -> str:
+        """A link that logs one page in, once. The token is behind a #: no server log and no referrer holds it."""
+        return f"{self.url}/#pair={self._sessions.pairing(name, role)}"
+
+
+def checked(listening: Listening, settings: ConsoleSection, accounts: Accounts) -> None:
+    """Refuses to be reached from elsewhere without TLS and somebody who can log in. Raises Failure."""
+    if listening.loopback:
+        return
+    if settings.certificate is None:
+        raise Failure(
+            f"The console is not opened to {listening.host} without TLS: openbelief certs --console makes a"
+            " certificate; name it with [console] certificate and key in robot.toml, or leave the host out"
+        )
+    if not len(accounts):
+        raise Failure(
+            f"The console is not opened to {listening.host} while nobody can log in: openbelief accounts add NAME"
+        )
+
+
+@contextmanager
+def serving(listening: Listening, settings: ConsoleSection, parts: Parts) -> Iterator[Server]:
+    """Serve until the end of the block. Raises Failure where it may or can not."""
+    accounts = Accounts(settings.accounts)
+    checked(listening, settings, accounts)
+    bound = _bound(listening)
+    address = _address(Listening(listening.host, bound.getsockname()[1]), settings)
+    sessions = Sessions()
+    logins = Logins(sessions, accounts, tls=address.tls)
+    app = _app(parts, logins, address)
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(SWITCH_S)
+    try:
+        with _running(app, bound, settings):
+            yield Server(address, sessions, reachable=not listening.loopback)
+    finally:
+        sys.setswitchinterval(before)
+
+
+def _bound(listening: Listening) -> socket.socket:
+    family = socket.AF_INET6 if ":" in listening.host else socket.AF_INET
+    try:
+        return socket.create_server((listening.host, listening.port), family=family)
+    except OSError as error:
+        where = f"{listening.name}:{listening.port}"
+        raise Failure(f"The console cannot listen at {where}: {error.strerror}; name another port") from error
+
+
+def _address(listening: Listening, settings: ConsoleSection) -> Address:
+    names = ["localhost", "127.0.0.1", "[::1]"] if listening.loopback else []
+    hosts = dict.fromkeys([listening.name, *names, *settings.hosts])
+    return Address(tuple(f"{host.lower()}:{listening.port}" for host in hosts), settings.certificate is not None)
+
+
+def _app(parts: Parts, logins: Logins, address: Address) -> Any:
+    from starlette.applications import Starlette
+    from starlette.responses import FileResponse, Response
+    from starlette.routing import Mount, Route, WebSocketRoute
+    from starlette.staticfiles import StaticFiles
+
+    commands = Commands(parts.operator, parts.snapshots)
+    hub = Hub(parts.operator, commands, parts.snapshots, parts.picture, logins.session)
+
+    async def index(_: Any) -> Response:
+        return FileResponse(STATIC / "index.html")
+
+    @contextlib.asynccontextmanager
+    async def lifespan(_: Starlette) -> AsyncIterator[None]:
+        tasks = [asyncio.create_task(hub.run()), asyncio.create_task(parts.trial_pages.read())]
+        try:
+            yield
+        finally:
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+
+    routes = [
+        Route("/", index),
+        Mount("/static", StaticFiles(directory=STATIC)),
+        WebSocketRoute("/ws", hub.page_socket),
+        WebSocketRoute("/ws/camera", hub.camera_socket),
+        *logins.routes,
+        *parts.live_pages.routes(logins),
+        *parts.trial_pages.routes(logins),
+    ]
+    return Doors(Starlette(routes=routes, lifespan=lifespan), address)
+
+
+@contextmanager
+def _running(app: Any, bound: socket.socket, settings: ConsoleSection) -> Iterator[None]:
+    import uvicorn
+
+    config = uvicorn.Config(
+        app,
+        log_config=None,
+        access_log=False,
+        server_header=False,
+        ws="websockets-sansio",
+        ws_max_size=WS_MESSAGE_MAX,
+        ws_per_message_deflate=False,
+        ws_ping_interval=5.0,
+        ws_ping_timeout=5.0,
+        limit_concurrency=200,
+        timeout_graceful_shutdown=1,
+        ssl_certfile=str(settings.certificate) if settings.certificate else None,
+        ssl_keyfile=str(settings.key) if settings.key else None,
+    )
+    try:
+        config.load()
+    except (OSError, ssl.SSLError) as error:
+        raise Failure(f"The console's certificate cannot be used: {error}") from error
+    server = uvicorn.Server(config)
+    thread = threading.Thread(target=server.run, kwargs={"sockets": [bound]}, name="console", daemon=True)
+    thread.start()
+    try:
+        _await_start(server, thread)
+        yield
+    finally:
+        server.should_exit = True
+        thread.join(START_S)
+        bound.close()
+
+
+def _await_start(server: Any, thread: threading.Thread) -> None:
+    ended = threading.Event()
+    for _ in range(round(START_S / 0.02)):
+        if server.started:
+            return
+        if not thread.is_alive():
+            break
+        ended.wait(0.02)
+    raise Failure("The console's server did not start.")

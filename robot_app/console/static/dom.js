@@ -1,0 +1,59 @@
+// Small helpers: text is always text, never markup, and the page changes only where something changed.
+
+export const $ = (id) => document.getElementById(id);
+
+export function text(node, words) {
+  if (node.textContent !== words) node.textContent = words;
+}
+
+export function attribute(node, name, value) {
+  if (value === null || value === undefined) node.removeAttribute(name);
+  else if (node.getAttribute(name) !== String(value)) node.setAttribute(name, String(value));
+}
+
+export function shown(node, yes) {
+  if (node.hidden === yes) node.hidden = !yes;
+}
+
+// element("li", {class: "candidate", onclick: f}, child, "words")
+export function element(tag, attributes = {}, ...children) {
+  const node = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name.startsWith("on")) node.addEventListener(name.slice(2), value);
+    else if (value === true) node.setAttribute(name, "");
+    else if (value !== false && value !== null && value !== undefined) node.setAttribute(name, value);
+  }
+  node.append(...children.filter((child) => child !== null && child !== undefined));
+  return node;
+}
+
+// Calls draw(value) only when the value differs from the one before.
+export function whenChanged(draw) {
+  let before;
+  return (value, ...more) => {
+    const now = JSON.stringify(value);
+    if (now === before) return;
+    before = now;
+    draw(value, ...more);
+  };
+}
+
+export async function getJson(url) {
+  const response = await fetch(url, {credentials: "same-origin", cache: "no-store"});
+  const body = await response.json().catch(() => ({}));
+  if (!response.ok) throw Object.assign(new Error(body.error || `The console answers ${response.status}.`), {status: response.status});
+  return body;
+}
+
+export async function postJson(url, body = {}) {
+  const response = await fetch(url, {
+    method: "POST", credentials: "same-origin", headers: {"content-type": "application/json"}, body: JSON.stringify(body),
+  });
+  const answer = await response.json().catch(() => ({}));
+  if (!response.ok) throw Object.assign(new Error(answer.error || `The console answers ${response.status}.`), {status: response.status});
+  return answer;
+}
+
+export const metres = (value) => (value === null || value === undefined ? "–" : `${value.toFixed(1)} m`);
+export const clockTime = (ms) => new Date(ms).toLocaleTimeString([], {hour: "2-digit", minute: "2-digit", second: "2-digit"});
+export const dayTime = (ms) => new Date(ms).toLocaleString([], {dateStyle: "medium", timeStyle: "short"});

@@ -1,0 +1,87 @@
+// The live connection. A command is sent now or not at all: nothing waits for a link that may come back.
+
+const RETRY_MS = 500;
+const ANSWER_MS = 3000;
+const PAGE = Array.from(crypto.getRandomValues(new Uint8Array(12)), (byte) => byte.toString(16).padStart(2, "0")).join("");
+
+export class Link {
+  constructor({onState, onChange, onLoggedOut}) {
+    Object.assign(this, {onState, onChange, onLoggedOut});
+    this.open = false;
+    this.seen = -1; // the snapshot that is painted
+    this.heardAt = 0;
+    this.waiting = new Map();
+    this.next = 1;
+    this.state = {};
+    this.ended = false;
+  }
+
+  start() {
+    this.ended = false;
+    this.connect();
+  }
+
+  end() {
+    this.ended = true;
+    this.socket?.close();
+  }
+
+  connect() {
+    if (this.ended) return;
+    const scheme = location.protocol === "https:" ? "wss" : "ws";
+    const socket = (this.socket = new WebSocket(`${scheme}://${location.host}/ws?page=${PAGE}`));
+    socket.onopen = () => { this.open = true; this.state = {}; this.onChange(); };
+    socket.onmessage = (event) => this.take(JSON.parse(event.data));
+    socket.onclose = (event) => this.closed(event);
+  }
+
+  closed(event) {
+    this.open = false;
+    for (const give of this.waiting.values()) give({ok: false, text: "No answer: the link went down. Look at the robot."});
+    this.waiting.clear();
+    this.onChange();
+    if (event.code === 4401) this.onLoggedOut();
+    else if (!this.ended) setTimeout(() => this.connect(), RETRY_MS);
+  }
+
+  take(message) {
+    if (message.type === "ack") {
+      this.waiting.get(message.id)?.(message);
+      this.waiting.delete(message.id);
+      return;
+    }
+    this.heardAt = performance.now();
+    this.state = {...this.state, ...message};
+    this.onState(this.state);
+  }
+
+  // Resolves to {ok, text}. Only what the other end acknowledged is done.
+  send(message) {
+    if (!this.open || this.socket.readyState !== WebSocket.OPEN) {
+      return Promise.resolve({ok: false, text: "Not sent: there is no link to the console."});
+    }
+    const id = this.next++;
+    return new Promise((resolve) => {
+      const late = setTimeout(() => {
+        this.waiting.delete(id);
+        resolve({ok: false, text: "No answer from the console. Look at the robot."});
+      }, ANSWER_MS);
+      this.waiting.set(id, (answer) => { clearTimeout(late); resolve(answer); });
+      this.socket.send(JSON.stringify({...message, id}));
+    });
+  }
+
+  command(message) {
+    return this.send({...message, seen: this.seen});
+  }
+
+  // A sign of life: this snapshot is on the screen.
+  beat(seen) {
+    if (!this.open || this.socket.readyState !== WebSocket.OPEN || this.socket.bufferedAmount > 4096) return;
+    this.socket.send(JSON.stringify({type: "beat", seen}));
+  }
+
+  get silentMs() {
+    return this.heardAt ? performance.now() - this.heardAt : Infinity;
+  }
+}

@@ -1,0 +1,169 @@
+// The live page: snapshots in, panels out, and a sign of life for each snapshot that was painted.
+
+import {AskLine} from "./ask.js";
+import {CameraStream, Picture, pictureWords} from "./camera.js";
+import {$, attribute, clockTime, element, getJson, shown, text, whenChanged} from "./dom.js";
+import {Link} from "./link.js";
+import {Evidence, drawCandidates, drawChecks} from "./panels.js";
+import {Plan, loadSite} from "./plan.js";
+import {Question} from "./question.js";
+import {drawStatus} from "./status.js";
+import {Stop} from "./stop.js";
+
+const DRIVING = ["navigate", "re_observe", "query"];
+
+export class Live {
+  constructor({onLoggedOut}) {
+    this.link = new Link({onState: (state) => { this.state = state; }, onChange: () => { this.stale = true; }, onLoggedOut});
+    this.state = null;
+    this.painted = -1;
+    this.selected = null;
+    this.live = null; // the newest picture
+    this.look = null; // {stamp, image}
+    this.wantsLook = false;
+    this.stop = new Stop(this.link);
+    this.ask = new AskLine(this.link);
+    this.question = new Question(this.link, (answer) => this.ask.say(answer));
+    this.plan = new Plan($("plan"), {onPick: (id) => this.select(id)});
+    this.picture = new Picture($("camera"), $("camera-words"));
+    this.evidence = new Evidence($("evidence"), $("evidence-for"));
+    this.stream = new CameraStream((image) => { this.live = image; this.fresh = true; });
+    this.listen();
+    this.candidates = whenChanged((_, mission, hands) => this.drawCandidates(mission, hands));
+    this.log = whenChanged((said) => this.drawLog(said));
+    this.checks = whenChanged((look) => drawChecks($("checks"), $("checks-for"), look));
+  }
+
+  listen() {
+    $("show-live").addEventListener("click", () => { this.wantsLook = false; this.fresh = true; });
+    $("show-look").addEventListener("click", () => { this.wantsLook = true; this.fresh = true; });
+    $("plan-robot").addEventListener("click", () => this.aim(true));
+    $("plan-all").addEventListener("click", () => this.aim(false));
+    const tabs = [...document.querySelectorAll("[data-tab][role=tab]")];
+    for (const tab of tabs) tab.addEventListener("click", () => this.tab(tab.dataset.tab));
+    $("live").dataset.tab = "camera";
+  }
+
+  tab(name) {
+    $("live").dataset.tab = name;
+    for (const tab of document.querySelectorAll("[role=tab]")) attribute(tab, "aria-selected", tab.dataset.tab === name);
+  }
+
+  aim(follow) {
+    follow ? this.plan.followRobot() : this.plan.fit();
+    attribute($("plan-robot"), "aria-pressed", follow);
+    attribute($("plan-all"), "aria-pressed", !follow);
+  }
+
+  async start() {
+    this.link.start();
+    this.stream.start();
+    this.running = true;
+    requestAnimationFrame(() => this.frame());
+    await this.loadSite();
+  }
+
+  end() {
+    this.running = false;
+    this.link.end();
+    this.stream.end();
+  }
+
+  async loadSite() {
+    const site = await getJson("/api/site");
+    let grid = null;
+    try { grid = await getJson("/api/grid"); } catch { setTimeout(() => this.loadSite(), 2000); }
+    this.plan.setSite(...(await loadSite(site, "/api/grid.png", grid)));
+  }
+
+  // What was painted in the frame before is on the screen now: that, and only that, is a sign of life.
+  frame() {
+    if (!this.running) return;
+    requestAnimationFrame(() => this.frame());
+    if (this.toBeat !== undefined) { this.link.beat(this.toBeat); this.toBeat = undefined; }
+    if (this.state && (this.state.n !== this.painted || this.stale || this.fresh)) this.paint(this.state);
+    else if (this.state && performance.now() - (this.ticked || 0) > 200) { this.ticked = performance.now(); drawStatus(this.state, this.link); this.question.tick(); }
+  }
+
+  paint(state) {
+    const start = performance.now(), news = state.n !== this.painted;
+    const {mission, operator} = state;
+    this.stale = false;
+    drawStatus(state, this.link);
+    this.ask.show(state);
+    this.question.show(operator.question, state.you?.epoch, mission?.candidates);
+    this.paintMission(state, mission);
+    this.log(state.said || []);
+    this.painted = this.link.seen = state.n;
+    if (news) this.toBeat = state.n;
+    performance.measure("page-paint", {start, end: performance.now()});
+  }
+
+  paintMission(state, mission) {
+    const asked = state.operator.question;
+    const hands = asked && state.you?.epoch && asked.options.length ? asked.id : null;
+    if (asked?.object_id !== undefined && asked?.id !== this.askedFor) { this.askedFor = asked?.id; if (asked) this.selected = asked.object_id; }
+    this.candidates([mission?.candidates, mission?.chosen, mission?.path_length_m, hands, this.selected], mission, hands);
+    this.evidence.show(this.selected ?? mission?.chosen ?? null, mission);
+    const look = mission?.looks.at(-1) || null;
+    this.checks(look);
+    this.paintPicture(state, mission, look);
+    const under = mission && !mission.outcome;
+    this.plan.show({
+      robot: state.robot?.pose, track: mission?.track, path: under ? mission.path : [], goal: under ? mission.goal : null,
+      candidates: mission?.candidates, chosen: mission?.chosen, selected: this.selected, objects: state.objects,
+    });
+    text($("plan-legend"), planWords(state, mission));
+  }
+
+  paintPicture(state, mission, look) {
+    this.fresh = false;
+    if (look && look.frame_stamp_ns !== this.lookStamp) this.loadLook(look);
+    if (mission && !mission.outcome && DRIVING.includes(mission.state) && mission.state !== this.pictureState) this.wantsLook = false;
+    this.pictureState = mission?.state;
+    $("show-look").disabled = !this.look;
+    const shows = this.wantsLook && this.look;
+    attribute($("show-look"), "aria-pressed", Boolean(shows));
+    attribute($("show-live"), "aria-pressed", !shows);
+    if (shows) {
+      this.picture.show(this.look.image, this.look.look);
+      this.picture.say(`What was judged: ${this.look.look.verdict}. Dashed: where the map remembers it.`);
+    } else {
+      this.picture.show(this.live);
+      this.picture.say(pictureWords(state.robot));
+    }
+  }
+
+  async loadLook(look) {
+    this.lookStamp = look.frame_stamp_ns;
+    const response = await fetch(`/api/looks/${look.frame_stamp_ns}.jpg`, {credentials: "same-origin"});
+    if (!response.ok) { this.lookStamp = null; return; }
+    this.look = {look, image: await createImageBitmap(await response.blob())};
+    this.wantsLook = true;
+    this.fresh = true;
+  }
+
+  drawCandidates(mission, hands) {
+    shown($("no-candidates"), !mission?.candidates.length);
+    text($("no-candidates"), mission && mission.outcome === null ? "Looking through the memory …" : "Nothing was asked for yet.");
+    text($("candidates-for"), mission?.target ? `for “${mission.target}”` : "");
+    const act = hands === null ? null : {take: (number) => this.question.answer("take", number), leave: (number) => this.question.answer("not this one", number)};
+    drawCandidates($("candidates"), mission, {onSelect: (id) => this.select(id), hands: act, selected: this.selected});
+  }
+
+  drawLog(said) {
+    $("log").replaceChildren(...[...said].reverse().map((each) => element("li", {}, element("time", {}, clockTime(each.at_ms)), each.text)));
+  }
+
+  select(id) {
+    this.selected = id;
+    this.stale = true;
+    if (getComputedStyle($("evidence-panel")).display === "none") this.tab("candidates");
+  }
+}
+
+function planWords(state, mission) {
+  if (state.robot?.silent?.pose) return state.robot.silent.pose;
+  const room = mission?.goal && !mission.outcome ? "Blue: the way and where it will stand. " : "";
+  return `${room}Numbers: candidates by rank.`;
+}
