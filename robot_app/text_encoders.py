@@ -18,6 +18,10 @@ MODELS = Path("models")  # where the built-in profile looks too
 @cache
 def text_encoder_by_id(encoder_id: str) -> TextEncoder:
     """One for a process: loading takes seconds. Raises Failure naming what is here."""
+    from openbelief.perception.sentence import SentenceEncoder
+
+    if encoder_id == SentenceEncoder.id:  # the one that is always here; the others' libraries need not be loaded
+        return SentenceEncoder()
     from openbelief.perception.model_folder import ModelFolderError
 
     here = dict(_here())

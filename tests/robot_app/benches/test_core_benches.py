@@ -32,9 +32,29 @@ def test_goal_poses_are_as_far_as_a_plain_search_says(capsys: pytest.CaptureFixt
     assert rows[0]["poses"] > 0 and rows[0]["equal"] is True and alone["equal"] is None
 
 
+def test_a_file_opens_with_all_that_was_written_and_answers_before_it_is_all_read(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    [row] = result(capsys, "open", "--objects", "30", "--views", "3", "--points", "20")["files"]
+    assert (row["objects"], row["observations"], row["points"], row["equal"]) == (30, 90, 60, True)
+    assert row["open_cpu_s"] > 0 and row["first_answer_cpu_s"] > 0 and row["process_mb"] > 0
+
+
+def test_a_ranking_from_matrices_is_the_one_of_float64_object_by_object(capsys: pytest.CaptureFixture[str]) -> None:
+    rows = result(capsys, "retrieval", "--objects", "300")["rankings"]
+    assert [(row["readout"], row["equal"]) for row in rows] == [
+        ("consensus", True),
+        ("early", True),
+        ("belief", True),
+    ]
+    assert all(row["reads"] > 0 and row["ratio"] > 0 for row in rows)
+
+
 @pytest.mark.parametrize(
     "words",
     [
+        ["open", "--objects", "none"],
+        ["retrieval", "--objects", "0"],
         ["association", "--observations", "0"],
         ["association", "--observations", "many"],
         ["acquire", "--masks", "-1"],

@@ -11,7 +11,10 @@ import pytest
 
 from logs.trial import records
 from logs.trial.file import TrialReader
+from openbelief import ObjectMemory
+from robot_app.mission.missions import _ready_memory
 from robot_app.signals import BECAUSE
+from support.encoders import WordEncoder
 
 ARMCHAIR = "go to the armchair"
 QUESTION = "May I walk"
@@ -109,3 +112,17 @@ def test_run_ends_where_the_input_ends_even_in_the_middle_of_a_question(terminal
 def test_a_sentence_that_names_nothing_is_refused_in_one_line(terminal, config, screen):
     assert terminal(["ask", "  ", "--config", str(config)]) == 1
     assert "names nothing" in screen.lines[-1]
+
+
+def test_the_encoder_is_loaded_before_anybody_asks(tmp_path):
+    asked = []
+
+    class Words(WordEncoder):
+        def encode(self, texts):
+            asked.append(list(texts))
+            return super().encode(texts)
+
+    ObjectMemory.build([], Words()).save(tmp_path / "site.belief")
+    asked.clear()
+    _ready_memory(tmp_path / "site.belief", Words())
+    assert len(asked) == 1
