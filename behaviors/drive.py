@@ -1,4 +1,4 @@
-"""One goal, from sending it to its end: STOP and the supervisor are heard all the way, and it never outlives us.
+"""One navigation goal from sending to its end: STOP and the supervisor are polled, and it is cancelled on any error.
 
 A navigator's "succeeded" is a word. The drive has ARRIVED when the robot was also seen to stand near its goal.
 """

@@ -1,4 +1,4 @@
-"""The lidar's word before a goal is sent and at arrival: what stands there that the map does not know."""
+"""Lidar checks before a goal is sent and at arrival: obstacles on the path's first metres that the map lacks."""
 
 from __future__ import annotations
 

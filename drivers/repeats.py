@@ -1,4 +1,4 @@
-"""What happens again and again is counted, and told at the 1st, 2nd, 4th, 8th ... time: it must not bury the rest."""
+"""Repeated log events are counted and logged at the 1st, 2nd, 4th, 8th ... time, so that they bury nothing."""
 
 from __future__ import annotations
 

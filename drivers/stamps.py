@@ -1,4 +1,4 @@
-"""What a stamp from another machine tells: how old the data is, whether it is news, whether that clock was set."""
+"""Stamps of another machine's clock: the data's age, whether it is new, whether that clock was set."""
 
 from __future__ import annotations
 

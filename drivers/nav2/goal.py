@@ -1,4 +1,4 @@
-"""One navigation goal and all that was heard of it."""
+"""One navigation goal: its uuid, and the feedback, status and result received for it."""
 
 from __future__ import annotations
 

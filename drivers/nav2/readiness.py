@@ -1,4 +1,4 @@
-"""The signs that Nav2 is up: each by itself means little, together they are the precondition of a goal."""
+"""Nav2's readiness: liveliness token, lifecycle, localisation and map; a goal is sent only where all hold."""
 
 from __future__ import annotations
 

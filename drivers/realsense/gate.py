@@ -1,4 +1,4 @@
-"""Frozen images are no news: what repeats a number, a stamp or its pixels is turned away and counted."""
+"""Duplicate images: a frame that repeats a number, a stamp or its pixels is refused and counted."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which ROS distribution the robot speaks, told by what decodes.
+"""Detection of the robot's ROS distribution by which message definitions decode.
 
 Humble, Jazzy and Lyrical differ in the shape of some replies, samples and one request; Kilted is Jazzy on the wire.
 """

@@ -1,4 +1,4 @@
-"""The door for payloads of one topic: what is too large, undecodable or not finite is counted, logged and dropped."""
+"""A validated subscription to one topic: payloads too large, undecodable or not finite are counted, logged, dropped."""
 
 from __future__ import annotations
 

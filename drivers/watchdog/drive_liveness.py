@@ -1,4 +1,4 @@
-"""Does the mission still watch the robot that it sent? While a goal runs unwatched its heart stops beating.
+"""Drive liveness: the heartbeat is withheld while a goal runs that the mission no longer polls.
 
 The heartbeat has a thread of its own, so alone it would beat on while the mission hangs in a full disk or a dead lock,
 and the watchdog on the robot would let a robot drive that nobody stops.

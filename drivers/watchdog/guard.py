@@ -1,4 +1,4 @@
-"""The watchdog with ears and hands: hears workstations and Nav2, cancels through the local bridge, tells its state."""
+"""The watchdog's I/O: subscribes to workstations and Nav2, cancels through the local bridge, publishes its status."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the pictures of a trial have in common: colours, words, and labels that stay on the page and apart."""
+"""Shared style of a trial's pictures: colours, texts, and placing labels on the page without overlap."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sound as everything here takes it: mono, 16 kHz, float32; and the one door by which a WAV file comes in."""
+"""Audio as mono 16 kHz float32, and the one reader of WAV files."""
 
 from __future__ import annotations
 
