@@ -176,7 +176,7 @@ class RealSenseCamera:
             return ""
         return f" It is being restarted (failure {self._watchdog.failures}): {self._watchdog.reason}."
 
-    # In the keeper's thread
+    # In the supervisor's thread
 
     def _spawn(self, reset: bool) -> tuple[SpawnProcess, Connection]:
         """A restarted camera is a new one: its clock and its IMU's begin anew."""
