@@ -183,6 +183,8 @@ class OnboardSection(Section):
     """`openbelief onboard`: what it publishes for a robot without those ROS nodes. "sim": the emulated sensor.
 
     mounts: static transforms it publishes, "parent child x y z roll pitch yaw" each (metres, radians, URDF order).
+    dds: how the watchdog cancels where the bridge is gone; "auto" takes the cyclonedds wheel, else the helper under ROS
+    where ros_setup names its set-up file (/opt/ros/jazzy/setup.bash).
     """
 
     camera: Literal["off", "real", "sim"] = "off"
@@ -190,6 +192,8 @@ class OnboardSection(Section):
     camera_rate_hz: Positive = 15.0
     lidar_rate_hz: Positive = 10.0
     mounts: tuple[str, ...] = ()
+    dds: Literal["auto", "cyclonedds", "ros", "off"] = "auto"
+    ros_setup: str = ""
 
     @field_validator("mounts")
     @classmethod

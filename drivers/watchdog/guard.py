@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Callable
 from functools import partial
+from typing import TypeVar
 
 from drivers.repeats import Repeats
 from drivers.ros import action
@@ -15,6 +16,7 @@ from drivers.ros.bridge_keys import BridgeKeys
 from drivers.ros.shapes import AUTO, shapes_of
 from drivers.ros.zenoh_link import ZenohLink
 from drivers.topics import NAVIGATE_TO_POSE
+from drivers.watchdog.hands import DdsUnavailable, Hand
 from drivers.watchdog.latch import Watchdog, WatchdogAction, WatchdogFacts, WatchdogState
 from drivers.watchdog.wire import (
     STATUS_S,
@@ -31,6 +33,7 @@ logger = logging.getLogger(__name__)
 CANCEL_S = 1.0  # for the answer to one cancel; the next is sent before, so a slow Nav2 still acknowledges
 WORKSTATIONS_MAX = 16
 OLD_NS = 10_000_000_000
+Heard = TypeVar("Heard")
 TAKEN = (action.CANCEL_OK, action.CANCEL_UNKNOWN_GOAL, action.CANCEL_TERMINATED)  # no goal runs on after these
 
 
@@ -43,9 +46,12 @@ class WatchdogGuard:
         keys: BridgeKeys | None = None,
         *,
         distribution: str = AUTO,
+        hand: Hand | None = None,
         now_ns: Callable[[], int] = time.monotonic_ns,
     ) -> None:
         keys = keys or BridgeKeys()
+        self._hand, self._bridge_token = hand, keys.bridge_token("*")
+        self._bridge_gone: int | None = None
         self._link, self._keys, self._now_ns = link, WatchdogKeys(keys), now_ns
         self._navigate = ActionClient(link, keys, NAVIGATE_TO_POSE, shapes_of(distribution))
         self._watchdog = Watchdog()
@@ -63,6 +69,7 @@ class WatchdogGuard:
         """Begin to hear; all of it ends with the link."""
         self._link.subscribe(self._keys.heartbeat, self._hear_beat)
         self._link.watch_tokens(self._keys.token(), self._hear_token)
+        self._link.watch_tokens(self._bridge_token, self._hear_bridge)
         self._link.answer(self._keys.reset, self._reset)
         self._navigate.listen(lambda _: None, self._hear_goals)
 
@@ -74,6 +81,8 @@ class WatchdogGuard:
                 state=watchdog.state,
                 watched=watchdog.watched,
                 full=len(self._beats) >= WORKSTATIONS_MAX,
+                hand=self._hand.name if self._hand else "",
+                hand_servers=self._hand.servers if self._hand else 0,
                 reason=watchdog.reason,
                 acknowledged=self._acknowledged,
                 sequence=self._sequence,
@@ -81,6 +90,7 @@ class WatchdogGuard:
 
     def step(self) -> None:
         """Judge, act, tell. Raises PortError where a handler failed, LinkLost where our own session is closed."""
+        self._hear_hand()
         with self._lock:
             was_latched = self._watchdog.latched
             wanted = self._watchdog.update(self._now_ns(), self._facts())
@@ -88,14 +98,26 @@ class WatchdogGuard:
                 self._acknowledged, self._refusals, self._trip = False, 0, self._trip + 1
                 logger.error("WATCHDOG: %s; cancelling every navigation goal", self._watchdog.reason)
         if wanted is WatchdogAction.CANCEL:
+            self._with_hand(lambda hand: hand.cancel_all(self._trip))
             self._navigate.cancel_later(action.ALL_GOALS, CANCEL_S, partial(self._hear_answer, self._trip))
         self._tell()
         self._link.check()  # last: a handler that fails keeps nobody from cancelling
 
     def _facts(self, *, reset: bool = False) -> WatchdogFacts:
         return WatchdogFacts(
-            dict(self._beats), dict(self._gone), frozenset(self._left), self._acknowledged, self._driving, reset
+            beats=dict(self._beats),
+            gone=dict(self._gone),
+            left=frozenset(self._left),
+            acknowledged=self._acknowledged,
+            driving=self._is_driving,
+            reset=reset,
+            bridge_gone=self._bridge_gone,
         )
+
+    @property
+    def _is_driving(self) -> bool:
+        """Nav2's own word where the hand hears it: what came over a bridge that died says nothing any more."""
+        return self._hand.driving if self._hand is not None and self._hand.servers else self._driving
 
     def _tell(self) -> None:
         now_ns, status = self._now_ns(), self.status
@@ -144,12 +166,38 @@ class WatchdogGuard:
             elif workstation in self._beats:
                 self._gone[workstation] = self._now_ns()
 
+    def _hear_bridge(self, _key: str, there: bool) -> None:
+        if not there:
+            with self._lock:
+                self._bridge_gone = self._now_ns()
+
+    def _hear_hand(self) -> None:
+        for found in self._with_hand(lambda hand: hand.hear()) or ():
+            self._judge_code(found.trip, found.code, f"Nav2 answered {found.code} on DDS")
+
+    def _with_hand(self, use: Callable[[Hand], Heard]) -> Heard | None:
+        """A hand that is broken keeps the other one from nothing."""
+        if self._hand is None:
+            return None
+        try:
+            return use(self._hand)
+        except DdsUnavailable as error:
+            if count := self._repeats.due("hand"):
+                logger.error("WATCHDOG: without the bridge nobody can cancel (%d times so far): %s", count, error)
+            return None
+
     def _hear_goals(self, statuses: dict[bytes, int]) -> None:
         self._driving = any(status in (action.ACCEPTED, action.EXECUTING) for status in statuses.values())
 
     def _hear_answer(self, trip: int, answer: Answer) -> None:
         """An answer to the cancel of an earlier trip says nothing about this one."""
-        code = None if answer.message is None else int(answer.message.return_code)
+        code = None
+        if answer.every and None not in answer.every:
+            codes = [int(reply.return_code) for reply in answer.every if reply is not None]
+            code = next((code for code in codes if code not in TAKEN), codes[0])
+        self._judge_code(trip, code, answer.why or f"Nav2 answered {code}")
+
+    def _judge_code(self, trip: int, code: int | None, why: str) -> None:
         with self._lock:
             if trip != self._trip:
                 return
@@ -159,7 +207,6 @@ class WatchdogGuard:
             self._refusals += 1
             refusals = self._refusals
         if refusals & (refusals - 1) == 0:  # 1, 2, 4, 8 ...: five a second would bury the rest of the log
-            why = answer.why or f"Nav2 answered {code}"
             logger.error("WATCHDOG: the cancel was not taken (%d times so far): %s", refusals, why)
 
     def _reset(self, _payload: bytes) -> bytes:
@@ -167,7 +214,7 @@ class WatchdogGuard:
         with self._lock:
             if not self._watchdog.latched:
                 return packed(ResetReply(ok=True, reason="it was not latched"))
-            if not self._acknowledged or self._driving:
+            if not self._acknowledged or self._is_driving:
                 return packed(ResetReply(ok=False, reason="Nav2 has not stopped every goal: use the remote"))
             self._watchdog.update(self._now_ns(), self._facts(reset=True))
         logger.warning("the watchdog was reset by a person")

@@ -119,6 +119,10 @@ class WatchdogView:
             )
         if status.state is WatchdogState.WAITING or self._workstation not in (None, *status.watched):
             return _not_watched(status)
+        if status.hand_servers > 1:
+            return (
+                f"{status.hand_servers} Nav2 servers answer on the robot, and each would drive it: leave one running."
+            )
         return None
 
     def reset(self) -> ResetReply:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 SILENCE_S = 0.7  # of a 10 Hz heartbeat: six beats may be lost, and 1 s is kept with 0.3 s for the cancel's way
+BRIDGE_GONE = "the bridge between robot and workstation ended or was restarted: nobody could have stopped a goal"
 RETRY_S = 0.2  # between two cancels while none was acknowledged, or while a goal runs though latched
 
 
@@ -31,7 +32,8 @@ class WatchdogAction(StrEnum):
 class WatchdogFacts:
     """What was heard until now. beats: workstation -> when its newest heartbeat came. gone: workstation -> when its
     liveliness token went away. left: those that said goodbye. acknowledged: Nav2 took a cancel-all sent since the
-    watchdog tripped. driving: Nav2's status names a goal that runs. reset: a person asks for it.
+    watchdog tripped. driving: Nav2's status names a goal that runs. reset: a person asks for it. bridge_gone: when a
+    bridge's liveliness token last went away, None where none did.
     """
 
     beats: Mapping[str, int]
@@ -40,6 +42,7 @@ class WatchdogFacts:
     acknowledged: bool = False
     driving: bool = False
     reset: bool = False
+    bridge_gone: int | None = None
 
 
 class Watchdog:
@@ -49,6 +52,7 @@ class Watchdog:
         self._silence_ns = round(silence_s * 1e9)
         self._forgotten: dict[str, int] = {}  # workstation -> its newest beat when it was reset or left
         self._cancelled_ns: int | None = None
+        self._bridge_gone: int | None = None  # the loss that was judged already
         self.state = WatchdogState.WAITING
         self.watched: tuple[str, ...] = ()  # whose silence is acted on
         self.reason = ""
@@ -61,9 +65,12 @@ class Watchdog:
         """CANCEL at the trip, every RETRY_S until it is acknowledged, and wherever a goal runs though latched."""
         watched = self._watched(facts)
         self.watched = tuple(sorted(watched))
+        bridge_gone, self._bridge_gone = facts.bridge_gone != self._bridge_gone, facts.bridge_gone
         if self.latched:
             return self._latched(now_ns, facts)
         self.state = WatchdogState.ARMED if watched else WatchdogState.WAITING
+        if watched and bridge_gone:
+            return self._trip(now_ns, BRIDGE_GONE)
         for workstation in watched:
             if why := self._lost(workstation, now_ns, facts):
                 return self._trip(now_ns, why)

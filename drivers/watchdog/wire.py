@@ -40,13 +40,16 @@ class HeartbeatMessage(WatchdogMessage):
 class WatchdogStatus(WatchdogMessage):
     """The watchdog's own word. reason: why it is latched, empty otherwise. sequence counts statuses.
 
-    watched: the workstations whose silence it acts on. full: no further one is taken.
+    watched: the workstations whose silence it acts on. full: no further one is taken. hand: what cancels without the
+    bridge ("cyclonedds", "rclpy", "" where nothing does), and how many Nav2 servers it reaches.
     """
 
     max_bytes: ClassVar[int] = STATUS_MAX_BYTES
     state: WatchdogState
     watched: tuple[str, ...] = ()
     full: bool = False
+    hand: str = ""
+    hand_servers: int = 0
     reason: str = ""
     acknowledged: bool = False
     sequence: int = 0

@@ -11,7 +11,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
@@ -31,7 +31,13 @@ class Program:
     """
 
     def __init__(
-        self, opened: ExitStack, module: str, *arguments: str, terminal: bool = False, dark: bool = False
+        self,
+        opened: ExitStack,
+        module: str,
+        *arguments: str,
+        terminal: bool = False,
+        dark: bool = False,
+        environment: Mapping[str, str] | None = None,
     ) -> None:
         self._name, self._terminal = module, -1
         streams: dict[str, Any] = {"stdin": subprocess.PIPE, "stderr": subprocess.PIPE}
@@ -45,6 +51,7 @@ class Program:
             stdout=subprocess.PIPE,
             text=True,
             start_new_session=True,
+            env=os.environ | dict(environment or {}),
             **streams,
         )
         if terminal:
@@ -143,6 +150,18 @@ class Program:
                 if select.select([self._terminal], [], [], 0.02)[0]:
                     *lines, rest = (rest + os.read(self._terminal, 4096).decode(errors="replace")).split("\n")
                     yield from lines
+
+
+def own_dds() -> dict[str, str]:
+    """An environment in which DDS stays on this machine's loopback, in a domain that few others use."""
+    interfaces = '<Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces>'
+    discovery = "<ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>30</MaxAutoParticipantIndex>"
+    peers = '<Peers><Peer address="127.0.0.1"/></Peers>'
+    uri = (
+        f"<CycloneDDS><Domain><General>{interfaces}<AllowMulticast>false</AllowMulticast></General>"
+        f"<Discovery>{discovery}{peers}</Discovery></Domain></CycloneDDS>"
+    )
+    return {"CYCLONEDDS_URI": uri, "ROS_DOMAIN_ID": str(100 + os.getpid() % 100)}
 
 
 def write_site(folder: Path, endpoint: str, more: str = "") -> Path:

@@ -158,6 +158,26 @@ def check_watchdog(patient: Examined) -> Iterator[Finding]:
         yield Finding("watchdog", Level.OK, "waiting for a workstation")
 
 
+def check_watchdogs_hand(patient: Examined) -> Iterator[Finding]:
+    """What stops the robot where the bridge is gone."""
+    status = patient.watchdog.status
+    if patient.config.ports.navigator != "ros" or status is None:
+        return
+    name = "watchdog without bridge"
+    if not status.hand:
+        remedy = (
+            "on the robot: pip install 'openbelief[dds]', or on ARM [onboard] ros_setup = \"/opt/ros/jazzy/setup.bash\""
+        )
+        yield Finding(name, Level.FAIL, "nothing: a bridge that dies leaves the robot driving", remedy)
+    elif status.hand_servers == 0:
+        remedy = "start Nav2 with CycloneDDS in the domain of onboard (ROS_DOMAIN_ID, CYCLONEDDS_URI)"
+        yield Finding(name, Level.FAIL, f"{status.hand} reaches no Nav2 on DDS", remedy)
+    elif status.hand_servers > 1:
+        yield Finding(name, Level.FAIL, f"{status.hand} sees {status.hand_servers} Nav2 servers", "leave one running")
+    else:
+        yield Finding(name, Level.OK, f"{status.hand} reaches Nav2 on DDS")
+
+
 def check_battery(patient: Examined) -> Iterator[Finding]:
     """Against the limits that missions are held to."""
     robot, limits = patient.robot, patient.config.safety
@@ -218,5 +238,6 @@ ROBOT_CHECKS: tuple[Callable[[Examined], Iterator[Finding]], ...] = (
     check_map,
     check_nav2,
     check_watchdog,
+    check_watchdogs_hand,
     check_battery,
 )

@@ -12,6 +12,7 @@ from drivers.ros.zenoh_link import LinkConfig, ZenohLink
 from drivers.watchdog.guard import WatchdogGuard
 from logs.structured import logger
 from robot_app.config import Config
+from robot_app.onboard.hands import open_hand
 from robot_app.onboard.sensing import OpenSensor, Sensing
 from robot_app.onboard.sensors import sensors
 
@@ -31,7 +32,10 @@ def run_onboard(config: Config, stop: threading.Event, tell: Callable[[str], Non
         link = _connected(link_config, stop, tell, opened)
         if link is None:
             return
-        guard = WatchdogGuard(link, BridgeKeys(config.zenoh.namespace), distribution=config.zenoh.distribution)
+        hand = open_hand(config, opened, tell)
+        guard = WatchdogGuard(
+            link, BridgeKeys(config.zenoh.namespace), distribution=config.zenoh.distribution, hand=hand
+        )
         guard.start()
         tell(f"The watchdog watches through {config.zenoh.endpoint}.")
         for name, open_sensor in sensors(config, link):

@@ -11,6 +11,7 @@ robot drives on; "where" prints how the robot is moving.
 
 from __future__ import annotations
 
+import argparse
 import json
 import queue
 import sys
@@ -96,14 +97,22 @@ def _obey(line: str, nav2: SimNav2Server, robot: SimRobot) -> None:
         say({"x": pose.x, "y": pose.y, "moving": robot.moving})
 
 
+def _options(arguments: Sequence[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="nav2_process")
+    parser.add_argument("--whole", action="store_true")
+    parser.add_argument("--listen", help="like tcp/127.0.0.1:7447 (default: any free port)")
+    return parser.parse_args(arguments)
+
+
 def main(arguments: Sequence[str]) -> None:
-    whole = "--whole" in arguments
+    options = _options(arguments)
+    whole = options.whole
     lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
     threading.Thread(target=_read, args=(lines,), daemon=True).start()
     clock, floor = SimClock(time.time_ns()), Floor()
     offset_ns = clock.now_ns() - time.monotonic_ns()
     robot, grid = SimRobot(floor, clock, START), floor.occupancy_grid()
-    with open_router() as endpoint, TellingBridge(endpoint) as bridge:
+    with open_router(options.listen) as endpoint, TellingBridge(endpoint) as bridge:
         nav2 = SimNav2Server(bridge, clock, robot, grid, Nav2Faults(stuck=not whole))
         nav2.start()
         if whole:
