@@ -18,6 +18,7 @@ VERBS = {
     "rebuild": "new belief parameters over the same evidence",
     "run": "live: missions from a configuration",
     "ask": "one mission, from the terminal",
+    "mcp": "for language-model agents; motion stays a person's",
     "onboard": "on the robot: the watchdog, and sensors as ROS topics",
     "replay": "re-run a trial's decisions without a robot",
     "trials": "list recorded trials and their outcomes",

@@ -21,6 +21,7 @@ from openbelief.pose import quaternion_from_rpy, transform
 Body = Literal["real", "ros", "replay", "sim"]
 Distribution = Literal["auto", "humble", "jazzy", "kilted", "lyrical"]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 ENDPOINT = re.compile(r"(tcp|tls)/(\[[^]\s]+\]|[^][\s:/]+):(?P<port>\d{1,5})([?#]\S*)?")  # two of zenoh's protocols
 
 
@@ -232,6 +233,26 @@ class VoiceSection(Section):
     speak: Literal["auto", "off"] = "auto"
 
 
+class RemoteSection(Section):
+    """Who may command a run over Zenoh. serve: "off"; "here": clients of this machine, at `endpoint`; "robot": through
+    the robot's router, whose access rules and certificates say who.
+    """
+
+    serve: Literal["off", "here", "robot"] = "off"
+    endpoint: str = "tcp/127.0.0.1:7450"
+
+    @field_validator("endpoint")
+    @classmethod
+    def _of_this_machine(cls, endpoint: str) -> str:
+        found = ENDPOINT.fullmatch(endpoint)
+        if not found or found[1] != "tcp" or found[2] not in LOOPBACK:
+            raise ValueError(
+                f"an endpoint of this machine is needed, like tcp/127.0.0.1:7450, not {endpoint!r}: others would "
+                'command the robot without a certificate; serve = "robot" is for them'
+            )
+        return endpoint
+
+
 class RecordingSection(Section):
     """`openbelief record`: who and where, when a new file begins, and how much room the disk keeps. "": unknown."""
 
@@ -281,6 +302,7 @@ class Config(Section):
     console: ConsoleSection = ConsoleSection()
     perception: PerceptionSection = PerceptionSection()
     voice: VoiceSection = VoiceSection()
+    remote: RemoteSection = RemoteSection()
     mission: MissionPolicy = MissionPolicy()
     safety: SafetyPolicy = SafetyPolicy()
     parameters: dict[str, Any] = Field(default_factory=dict)  # CORRECTION's, where unlike the memory's

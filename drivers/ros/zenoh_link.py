@@ -7,6 +7,7 @@ import logging
 import socket
 import threading
 from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from types import TracebackType
@@ -137,14 +138,19 @@ class ZenohLink:
         """A liveliness token of our own: it goes when this session ends, however it ends."""
         self._declared.append(self._open.liveliness().declare_token(key))
 
-    def answer(self, key: str, handler: Callable[[bytes], bytes]) -> None:
-        """Answer the queries on a key; a handler that raises leaves the query without a reply."""
+    def answer(self, key: str, handler: Callable[[bytes], bytes], *, elsewhere: Executor | None = None) -> None:
+        """Answer the queries on a key; a handler that raises leaves the query without a reply.
+
+        elsewhere: where the handler runs if it takes long; None is the network's own thread.
+        """
 
         def reply(query: zenoh.Query) -> None:
             query.reply(query.key_expr, handler(query.payload.to_bytes() if query.payload else b""))
             query.drop()
 
-        self._declared.append(self._open.declare_queryable(key, Callback(self._guard(reply), indirect=False)))
+        replying = self._guard(reply)
+        handle = replying if elsewhere is None else lambda query: elsewhere.submit(replying, query)
+        self._declared.append(self._open.declare_queryable(key, Callback(handle, indirect=False)))
 
     def put(self, key: str, payload: bytes, *, drop: bool = False) -> None:
         """Publish; a put that an access rule denies vanishes silently, so nothing that matters is a put.

@@ -29,7 +29,9 @@ def run_missions(
     while not any(number != signal.SIGINT for number in heard) and (sentence := operator.next_sentence()):
         operator.begin(sentence)
         try:
-            recorded = missions.ask(sentence.text, who=sentence.who, how=sentence.how, watching=watching)
+            recorded = missions.ask(
+                sentence.text, who=sentence.who, how=sentence.how, watching=watching, notes=sentence.notes
+            )
         except ValueError as error:
             print(f"openbelief run: {neutralise(str(error))}", file=sys.stderr)
             continue

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from behaviors.events import USE_THE_REMOTE, Outcome
+from behaviors.policy import MissionPolicy
 from drivers.clock import SystemClock
 from drivers.ports import Clock, Operator, StopRequest
 from logs.structured import configure
@@ -19,6 +20,7 @@ from openbelief.perception.ports import TextEncoder
 from robot_app.app import Robot, mission_perception, mission_text_encoder, open_robot
 from robot_app.config import Config, ConfigError, dump_config
 from robot_app.mission.attended import attended
+from robot_app.mission.operator import AGENT
 from robot_app.mission.operator import Operator as AttendingOperator
 from robot_app.mission.safety import Watch, watched
 from robot_app.mission.trials import run_recorded
@@ -85,7 +87,7 @@ class Missions:
                 memory=self.memory,
                 memory_path=self._memory_path,
                 parameters=self._parameters,
-                policy=self._config.mission,
+                policy=self._policy(how),
                 trial_id=trial_id,
                 query_id=f"{trial_id}-1",
                 configuration=dump_config(self._kept),
@@ -105,6 +107,10 @@ class Missions:
         """Keep it in the trial of the mission under way, from any thread; between missions there is none to keep it."""
         if (trial := self._trial) is not None:
             trial.write(note.record, note.attached)
+
+    def _policy(self, how: str) -> MissionPolicy:
+        """What an agent asks for never moves the robot without a person's yes, whatever the configuration allows."""
+        return replace(self._config.mission, motion="ask") if how == AGENT else self._config.mission
 
     def _opened(self, trial: Journal) -> None:
         self._trial = trial

@@ -9,7 +9,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from drivers.ports import Approval, Question, Reply, StopRequest
@@ -20,6 +20,8 @@ from robot_app.mission.sentences import Sentence, Sentences
 
 SILENT_S = 0.7  # without a sign of life from the client that commands, a moving robot is held
 QUEUE_MAX = 8
+AGENT = "agent"  # how a program asks
+FACES = ("terminal", "console")  # where a person answers what an agent asked for
 SENTENCE_MAX = 300  # characters
 
 
@@ -171,14 +173,28 @@ class Operator:
         """
         with self._changed:
             held = self._leases.require(lease)
-            if len(text) > SENTENCE_MAX or len(self._sentences.waiting) >= QUEUE_MAX:
-                raise Refused(f"Too much: {QUEUE_MAX} sentences of {SENTENCE_MAX} characters may wait.")
             self._said += 1
             sentence = Sentence(text, held.who, held.how, self._said, notes)
-            self._sentences.put(sentence)
-            self._changed.notify_all()
+            self._put(sentence)
         self._tell(Change.QUEUE)
         return sentence
+
+    def propose(self, text: str, *, agent: str) -> Sentence:
+        """A program asks for a thing; the person who commands says yes or no. Raises Refused: nobody does, too much."""
+        with self._changed:
+            if self._leases.current is None:
+                raise Refused("Nobody commands the robot: a person must be there to say yes.")
+            self._said += 1
+            sentence = Sentence(text, agent, AGENT, self._said)
+            self._put(sentence)
+        self._tell(Change.TOLD, f"The agent {agent} asks for: {text}")
+        return sentence
+
+    def _put(self, sentence: Sentence) -> None:
+        if len(sentence.text) > SENTENCE_MAX or len(self._sentences.waiting) >= QUEUE_MAX:
+            raise Refused(f"Too much: {QUEUE_MAX} sentences of {SENTENCE_MAX} characters may wait.")
+        self._sentences.put(sentence)
+        self._changed.notify_all()
 
     def answer(
         self,
@@ -195,6 +211,8 @@ class Operator:
             if asked is None:
                 raise Refused("Nothing is being asked now.")
             asked.require(question_id, memory_hash, self._now_s())
+            if self._agent and held.how not in FACES:
+                raise Refused("An agent asked for this: the answer must come from the console or the terminal.")
             object_id = asked.chosen(word, number)
             reply = asked.reply = Reply(word, object_id, held.who, held.how, self._epoch_ns())
             self._changed.notify_all()
@@ -274,7 +292,10 @@ class Operator:
 
     def confirm(self, question: Question, timeout_s: float) -> Reply:
         """The answer to this question alone; a takeover puts it anew, to the new operator."""
-        if self._approve_all:
+        if self._agent:
+            named = f"The agent {self._agent} asks, not a person. {question.sentence}"
+            question = replace(question, sentence=named)
+        elif self._approve_all:
             self.tell(f"{question.sentence} yes ({self._approve_all})")
             return Reply(Approval.YES, how=self._approve_all, at_ns=self._epoch_ns())
         while True:
@@ -311,6 +332,11 @@ class Operator:
         late = "Nobody answered in time." if self._present else "Nobody can answer: the input has ended."
         self._tell(Change.EXPIRED, late)
         return Reply(Approval.EXPIRED)
+
+    @property
+    def _agent(self) -> str:
+        """The agent that asked for the mission under way, "" where a person did."""
+        return self._mission.who if self._mission is not None and self._mission.how == AGENT else ""
 
     def _void(self) -> None:
         if self._question is not None:

@@ -2,7 +2,8 @@
 
 The robot, its memory and its perception come from --config. Motion needs your yes unless the configuration says
 otherwise; type stop (or press Ctrl-C) at any time. With --audio a recording asks: what was heard is shown, and at a
-terminal you may type what you meant before it is asked. Exit status 0: CONFIRMED. 1: any other end, which is named.
+terminal you may type what you meant before it is asked. With --remote the mission is that of an `openbelief run` that
+takes commands over Zenoh ([remote] in its robot.toml). Exit status 0: CONFIRMED. 1: any other end, which is named.
 """
 
 from __future__ import annotations
@@ -15,8 +16,10 @@ from typing import TYPE_CHECKING
 from robot_app.cli import Failure, Usage, print_json
 
 if TYPE_CHECKING:
+    from robot_app.config import Config
     from robot_app.mission.missions import RecordedMission
     from robot_app.mission.operator import Operator
+    from robot_app.remote.client import RemoteOperator
     from robot_app.voice.listener import Utterance
 
 EXAMPLE = 'openbelief ask "take me to the fire extinguisher" --config demo-out/robot.toml'
@@ -30,6 +33,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--config", type=Path, default=Path("robot.toml"), metavar="robot.toml", help="default robot.toml"
     )
     parser.add_argument("--yes", action="store_true", help="approve motion now, for every candidate of this mission")
+    parser.add_argument("--remote", action="store_true", help="command an openbelief run that is under way elsewhere")
+    parser.add_argument("--take-over", action="store_true", help="with --remote: also where somebody else commands")
+    parser.add_argument("--who", metavar="NAME", help="with --remote: who asks (default: the user)")
     parser.add_argument("--trial", type=Path, metavar="FILE.mcap", help="where to record (default: the trials folder)")
 
 
@@ -40,6 +46,12 @@ def run(options: argparse.Namespace) -> int:
 
     if (options.sentence is None) == (options.audio is None):
         raise Usage("say what to look for, or name a recording with --audio: one of both")
+    if options.remote and options.trial:
+        raise Usage("--trial is where this machine records; with --remote the other end does")
+    if (options.take_over or options.who) and not options.remote:
+        raise Usage("--take-over and --who are for --remote")
+    if options.remote:
+        return _remote(options)
     try:
         recorded, utterance = _mission(options)
     except (ConfigError, PortError, BeliefFileError, OSError, ValueError) as error:
@@ -75,6 +87,55 @@ def _mission(options: argparse.Namespace) -> tuple[RecordedMission, Utterance | 
             sentence = correction.corrected(utterance.transcript) if may_correct else utterance.transcript
         notes = asking.notes_of(utterance, sentence)
         return missions.ask(sentence, options.trial, who=terminal.who, how=how, notes=notes), utterance
+
+
+def _remote(options: argparse.Namespace) -> int:
+    import getpass
+
+    from drivers.ports import PortError
+    from drivers.ros.zenoh_link import ZenohLink
+    from logs.structured import neutralise
+    from robot_app.config import ConfigError, load_config
+    from robot_app.mission.lease import Refused
+    from robot_app.remote.asking import RemoteAsking
+    from robot_app.remote.client import RemoteOperator
+    from robot_app.remote.service import link_config
+
+    try:
+        config = load_config(options.config)
+        who = options.who or config.recording.operator or getpass.getuser()
+        namespace = config.zenoh.namespace
+        with (
+            ZenohLink(link_config(config)) as link,
+            RemoteOperator(link, who, namespace, over=options.take_over) as operator,
+        ):
+            sentence = options.sentence or _heard(options.audio, config, operator, who)
+            outcome = RemoteAsking(operator, who, approve=options.yes).run(sentence)
+    except (ConfigError, PortError, Refused, ValueError) as error:
+        hint = " (--take-over does)" if isinstance(error, Refused) and "take over" in str(error) else ""
+        raise Failure(f"{error}{hint}") from error
+    if options.json:
+        print_json({"outcome": outcome["end"], **{key: outcome[key] for key in outcome if key not in ("end", "order")}})
+    else:
+        print(neutralise(f"{outcome['end']}: {outcome['reason']}"))
+    return 0 if outcome["end"] == "CONFIRMED" else 1
+
+
+def _heard(audio: Path, config: Config, operator: RemoteOperator, who: str) -> str:
+    """What the recording says; a stop stops the robot there. Raises Failure then, and where nothing was said."""
+    from robot_app.voice import asking
+    from robot_app.voice.audio import AudioError
+    from robot_app.voice.listener import Listener
+
+    recording = asking.Recording.open(audio, config.voice)
+    try:
+        utterance = Listener(recording.recogniser).understand(recording.clip)
+    except AudioError as error:
+        raise Failure(str(error)) from error
+    if utterance.stop:
+        operator.stop(who)
+    asking.show(utterance, lambda line: print(line, file=sys.stderr))
+    return utterance.transcript
 
 
 class _Correction:

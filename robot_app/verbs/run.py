@@ -63,6 +63,7 @@ def _at_the_terminal(config: Config, *, as_json: bool) -> None:
     from robot_app.mission.missions import open_missions
     from robot_app.mission.operator import Operator
     from robot_app.mission.terminal import Terminal
+    from robot_app.remote.service import open_remote
     from robot_app.signals import signals_stop
 
     operator = Operator()
@@ -73,7 +74,8 @@ def _at_the_terminal(config: Config, *, as_json: bool) -> None:
     ):
         if not heard:
             operator.tell(f"Ready over {config.memory}. Ask for a thing; an empty line ends.")
-            run_missions(missions, operator, heard, report=print_json if as_json else None)
+            with open_remote(config, operator, missions) as watching:
+                run_missions(missions, operator, heard, report=print_json if as_json else None, watching=watching)
 
 
 def with_console(config: Config, listening: Listening, *, as_json: bool) -> None:
@@ -86,6 +88,7 @@ def with_console(config: Config, listening: Listening, *, as_json: bool) -> None
     from robot_app.mission.missions import open_missions
     from robot_app.mission.operator import Operator
     from robot_app.mission.terminal import Terminal
+    from robot_app.remote.service import open_remote
     from robot_app.signals import signals_stop
     from robot_app.wall_time_robot import in_wall_time
 
@@ -96,6 +99,7 @@ def with_console(config: Config, listening: Listening, *, as_json: bool) -> None
         in_wall_time(asking) as reached,
         open_missions(reached, operator, kept=asking) as missions,
         open_console(listening, reached, operator, missions) as console,
+        open_remote(reached, operator, missions) as watching,
     ):
         invite = Invitation(console.server, config.recording.operator or "operator")
         more = {"pair": invite.operator, "pair viewer": invite.viewer}
@@ -103,4 +107,4 @@ def with_console(config: Config, listening: Listening, *, as_json: bool) -> None
             if not heard:
                 invite.operator()
                 report = print_json if as_json else None
-                run_missions(missions, operator, heard, report=report, watching=(console.live,))
+                run_missions(missions, operator, heard, report=report, watching=(console.live, *watching))

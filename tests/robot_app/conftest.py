@@ -6,6 +6,7 @@ import io
 import queue
 import shutil
 import signal
+import socket
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -28,6 +29,20 @@ def demo_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def small_site(demo_folder: Path, tmp_path: Path) -> Path:
     """A copy of it, to ask and record in."""
     return Path(shutil.copytree(demo_folder, tmp_path / "small-site"))
+
+
+@pytest.fixture
+def remote_toml(small_site: Path) -> Path:
+    """The demo's robot.toml, with a person's yes before motion, and [remote] at a free port."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    path = small_site / "remote.toml"
+    text = (small_site / "robot.toml").read_text().replace('motion = "allow"', 'motion = "ask"')
+    off = '\n[remote]\nserve = "off"\nendpoint = "tcp/127.0.0.1:7450"\n'
+    assert off in text
+    path.write_text(text.replace(off, f'\n[remote]\nserve = "here"\nendpoint = "{endpoint}"\n'))
+    return path
 
 
 class Keyboard:

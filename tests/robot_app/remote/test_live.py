@@ -1,0 +1,101 @@
+"""A mission from ask to confirmed over Zenoh, with its trial; and the same from the command line."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+from drivers.ros.zenoh_link import ZenohLink
+from logs.trial.file import TrialReader
+from robot_app.config import load_config
+from robot_app.remote.asking import RemoteAsking
+from robot_app.remote.client import RemoteClient, RemoteOperator
+from robot_app.remote.service import link_config
+
+ARMCHAIR = "go to the armchair"
+SERVING = "Commands over Zenoh are taken at"
+
+
+def beside(screen, keyboard, act: Callable[[], object]) -> list[object]:
+    """What `act` returns or raises, on a thread of its own once commands are taken; then the run is told to end."""
+    got: list[object] = []
+
+    def run() -> None:
+        try:
+            got.append(act())
+        except Exception as error:  # noqa: BLE001 - the test looks at it
+            got.append(error)
+        finally:
+            keyboard.type("take over", "")
+
+    screen.reactions[SERVING] = lambda: threading.Thread(target=run).start()
+    return got
+
+
+def test_a_client_takes_over_asks_says_yes_and_the_trial_names_it(terminal, remote_toml, keyboard, screen, capsys):
+    config = remote_toml
+
+    def act() -> dict:
+        with (
+            ZenohLink(link_config(load_config(config))) as link,
+            RemoteOperator(link, "ada", over=True) as operator,
+        ):
+            return RemoteAsking(operator, "ada", approve=True, source=[], screen=screen).run(ARMCHAIR)
+
+    got = beside(screen, keyboard, act)
+    assert terminal(["run", "--config", str(config), "--json"]) == 0
+    [outcome] = got
+    assert outcome["end"] == "CONFIRMED", outcome
+    [line] = capsys.readouterr().out.splitlines()
+    trial = TrialReader(Path(json.loads(line)["trial"]))
+    assert (trial.query.who, trial.query.how, trial.query.sentence) == ("ada", "zenoh", ARMCHAIR)
+    replies = [record for record in trial.records if record.topic == "/trial/operator_reply"]
+    assert [(reply.reply, reply.who, reply.how) for reply in replies] == [("yes", "ada", "zenoh")]
+
+
+def test_ask_remote_is_the_whole_of_it_from_another_process(terminal, remote_toml, keyboard, screen):
+    config = remote_toml
+
+    def act() -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-m", "robot_app.cli", "ask", ARMCHAIR, "--remote", "--take-over", "--yes", "--json"]
+        return subprocess.run(
+            [*command, "--config", str(config)], capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=120
+        )
+
+    got = beside(screen, keyboard, act)
+    assert terminal(["run", "--config", str(config)]) == 0
+    [done] = got
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["outcome"] == "CONFIRMED" and "May I walk to the armchair" in done.stderr
+
+
+def test_a_stop_over_zenoh_ends_the_mission_with_who_said_it(terminal, remote_toml, keyboard, screen):
+    config = remote_toml
+
+    def act() -> dict:
+        with ZenohLink(link_config(load_config(config))) as link:
+            client = RemoteClient(link)
+            with RemoteOperator(link, "ada", over=True) as operator:
+                order = operator.ask(ARMCHAIR)
+                while client.status()["question"] is None:
+                    threading.Event().wait(0.05)
+                client.stop("bob")
+                while (status := client.status())["outcome"] is None:
+                    threading.Event().wait(0.05)
+                return {"order": order, **status["outcome"]}
+
+    got = beside(screen, keyboard, act)
+    assert terminal(["run", "--config", str(config)]) == 0
+    [outcome] = got
+    assert (outcome["end"], outcome["reason"]) == ("CANCELLED", "bob said stop over the network"), outcome
+
+
+def test_where_no_run_takes_commands_one_line_says_so(terminal, remote_toml, screen):
+    config = remote_toml
+
+    assert terminal(["ask", ARMCHAIR, "--remote", "--config", str(config)]) == 1
+    assert "Nothing answers at tcp/127.0.0.1" in screen.lines[-1]
