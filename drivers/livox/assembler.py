@@ -46,7 +46,7 @@ class FrameAssembler:
     """Gathers packets until one lies a period after the first; bounded by MAX_PACKETS."""
 
     def __init__(self) -> None:
-        self.late = self.overfull = 0
+        self.late = self.overfull = self.cut = 0
         self._start_ns = 0
         self._packets: list[DataPacket] = []
 
@@ -66,6 +66,11 @@ class FrameAssembler:
         follows = PERIOD_NS <= since_ns < 2 * PERIOD_NS
         self._begin(packet, self._start_ns + PERIOD_NS if follows else packet.stamp_ns)
         return finished
+
+    def cut_off(self) -> None:
+        """The lidar's clock was set: what was gathered is of another time than what comes, and left out."""
+        self.cut += len(self._packets)
+        self._packets = []
 
     def _begin(self, packet: DataPacket, start_ns: int) -> None:
         self._packets, self._start_ns = [packet], start_ns

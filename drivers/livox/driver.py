@@ -52,7 +52,8 @@ class LivoxSettings:
 
 @dataclass(frozen=True)
 class LivoxHealth:
-    """Counts since start: `refused` by reason, `foreign` from other addresses, `late` and `overfull` not in any cloud.
+    """Counts since start: `refused` by reason, `foreign` from other addresses; `late`, `overfull` and `cut` are packets
+    in no cloud, the last because the lidar's clock was set (`clock_changes`) in the middle of one.
 
     `receive_buffer_bytes` is what the system granted.
     """
@@ -63,6 +64,8 @@ class LivoxHealth:
     out_of_order: int
     late: int
     overfull: int
+    cut: int
+    clock_changes: int
     imu_packets: int
     imu_lost: int
     clouds: int
@@ -163,6 +166,8 @@ class LivoxLidar:
                 out_of_order=intake.points.out_of_order + intake.imu.out_of_order,
                 late=intake.assembler.late,
                 overfull=intake.assembler.overfull,
+                cut=intake.assembler.cut,
+                clock_changes=intake.clock_changes,
                 imu_packets=intake.imu.received,
                 imu_lost=intake.imu.lost,
                 clouds=intake.cloud_count,

@@ -48,7 +48,8 @@ class DatagramDecoder:
         self.points, self.imu = PacketCounter(), PacketCounter()
         self.refused: Counter[PacketRefusal] = Counter()
         self.assembler = FrameAssembler()
-        self.time = HostTime()
+        self.time, self.imu_time = HostTime(), HostTime()
+        self.clock_changes = 0
         self.clouds: deque[LivoxCloud] = deque(maxlen=KEPT_CLOUDS)
         self.imu_samples: deque[LivoxImuSample] = deque(maxlen=KEPT_IMU)
         self.latest: LivoxCloud | None = None
@@ -74,7 +75,7 @@ class DatagramDecoder:
         except LivoxWireError as error:
             self.refused[error.refusal] += 1
             return
-        stamp_ns, time_type = self.time.to_host(packet.stamp_ns), TimeType(packet.time_type)
+        stamp_ns, time_type = self.imu_time.to_host(packet.stamp_ns), TimeType(packet.time_type)
         self.imu_samples.append(LivoxImuSample(stamp_ns, gyro, acceleration, packet.stamp_ns, time_type))
 
     def take_push(self, datagram: bytes, arrival_ns: int) -> None:
@@ -97,7 +98,20 @@ class DatagramDecoder:
             return None
         if not counter.accept(packet):
             return None
-        self.time.observe(packet.stamp_ns, arrival_ns, "imu" if imu else "points")
+        if packet is not counter.newest:
+            return self._overtaken(packet, counter)
+        time = self.imu_time if imu else self.time
+        if time.observe(packet.stamp_ns, arrival_ns, source=packet.time_type) and not imu:
+            self.clock_changes += 1
+            self.assembler.cut_off()
+        return packet
+
+    def _overtaken(self, packet: DataPacket, counter: PacketCounter) -> DataPacket | None:
+        """A packet that its successors overtook; None where they are already of another clock."""
+        newest = counter.newest
+        if newest is not None and newest.time_type != packet.time_type:
+            self.assembler.cut += 1
+            return None
         return packet
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from drivers.livox.wire import DataPacket
 
 GAP_LIMIT = 1024  # a larger step is a counter that started anew, not a thousand lost packets
+LATE_NS = 1_000_000_000  # packets overtake each other by less
 REMEMBERED = 256  # packets back that a duplicate is still recognised
 
 
@@ -15,6 +16,11 @@ class PacketCounter:
         self.received = self.lost = self.duplicates = self.out_of_order = 0
         self._newest: DataPacket | None = None
         self._seen: dict[tuple[int, int], None] = {}
+
+    @property
+    def newest(self) -> DataPacket | None:
+        """The last packet that was not overtaken."""
+        return self._newest
 
     def accept(self, packet: DataPacket) -> bool:
         """False for a packet that came before. gap = (cnt - previous) & 0xFFFF; 1 < gap < 1024: gap - 1 are lost."""
@@ -36,8 +42,11 @@ class PacketCounter:
 
     @staticmethod
     def _is_late(packet: DataPacket, newest: DataPacket) -> bool:
-        """Overtaken by its successors: a little behind in the counter and earlier in the lidar's time."""
-        return 0 < (newest.udp_cnt - packet.udp_cnt) & 0xFFFF < GAP_LIMIT and packet.stamp_ns < newest.stamp_ns
+        """Overtaken by its successors: a little behind in the counter and earlier in the lidar's time, where both are
+        of one clock."""
+        behind = 0 < (newest.udp_cnt - packet.udp_cnt) & 0xFFFF < GAP_LIMIT
+        ahead_ns = newest.stamp_ns - packet.stamp_ns  # by seconds: not overtaken, the lidar started anew
+        return behind and (0 < ahead_ns < LATE_NS or packet.time_type != newest.time_type)
 
     def _remember(self, identity: tuple[int, int]) -> None:
         self._seen[identity] = None

@@ -10,6 +10,7 @@ from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
+from mcap.records import SummaryOffset
 from mcap.writer import CompressionType, Writer
 
 from logs.mcap_io.checksum import with_checksum
@@ -114,6 +115,7 @@ class McapFile:
             enable_crcs=True,
             enable_data_crcs=True,
         )
+        self._writer._Writer__summary_offsets = _FullGroups()  # type: ignore[attr-defined]
         self._writer.start(profile=profile, library=_library())
         _sync_folder(self.path.parent)
         return self
@@ -183,6 +185,14 @@ class McapFile:
         finally:
             self._sink.close()
         return self.partial
+
+
+class _FullGroups(list[SummaryOffset]):
+    """The summary's groups: mcap 1.6.0 also points at groups with nothing in them, which the format has no room for."""
+
+    def append(self, offset: SummaryOffset) -> None:
+        if offset.group_length:
+            super().append(offset)
 
 
 def require_free(*paths: Path) -> None:

@@ -23,6 +23,7 @@ from logs.mcap_io.scan import (
     Source,
     Summary,
     chunk_records,
+    is_unknown,
     message_of,
     parse,
     record_at,
@@ -203,7 +204,8 @@ def checked_records(source: Source, summary: Summary | None) -> Iterator[RawReco
         in_chunks |= raw.opcode == Opcode.CHUNK
         if raw.opcode == Opcode.MESSAGE and in_chunks:
             raise Damage(f"a message stands outside its chunk at byte {offset}")
-        if raw.opcode not in DATA_OPCODES and raw.opcode < PRIVATE_OPCODES:
+        known = not is_unknown(raw.opcode) or (source.exact and raw.opcode < PRIVATE_OPCODES)
+        if known and raw.opcode not in DATA_OPCODES:
             raise Damage(f"a record of kind {raw.opcode} does not belong at byte {offset}")
         if raw.opcode == Opcode.DATA_END:
             if parse(raw).data_section_crc not in (0, crc):

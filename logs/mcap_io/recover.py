@@ -20,12 +20,15 @@ from logs.mcap_io.reader import Definitions, LogError
 from logs.mcap_io.resync import next_record
 from logs.mcap_io.scan import (
     MAGIC,
+    OURS,
     READERS,
     Damage,
     RawRecord,
     Source,
     Summary,
+    attachment_crc,
     chunk_records,
+    is_unknown,
     message_of,
     parse,
     record_at,
@@ -33,7 +36,6 @@ from logs.mcap_io.scan import (
 )
 
 KNOWN_PROFILES = ("ros1", "ros2", "")
-OURS = "openbelief "  # our library's name in the header: every metadata record has its checksum then
 MAX_LOSSES = 100  # told one by one; more are only counted
 
 
@@ -46,6 +48,7 @@ class RecoveryReport:
     messages: int = 0
     unverified_messages: int = 0  # from a writer that leaves checksums out: kept, but nobody can prove them
     unverified_records: int = 0  # attachments and metadata, likewise
+    unknown_records: int = 0  # of kinds that this version does not know: left out
     chunks_seen: int = 0
     chunks: int = 0
     attachments: int = 0
@@ -144,22 +147,27 @@ class _Recovery:
         indexed = self.summary.chunk_offsets if self.summary else None
         if indexed is not None and raw.offset in indexed and raw.opcode != Opcode.CHUNK:
             raise Damage("the index says that this is a chunk")
+        if is_unknown(raw.opcode) and not raw.exact:
+            self.report.unknown_records += 1  # of a later version, or somebody's own
+            return
         if raw.opcode not in self.keepers:
             raise Damage(f"a record of kind {raw.opcode} does not belong here")
         self.keepers[raw.opcode](raw)
 
     def _keep_chunk(self, raw: RawRecord) -> None:
         self.report.chunks_seen += 1
-        inside = list(chunk_records(raw))
+        inside = chunk_records(raw)
         for each in inside:
             self.definitions.add(each)
+            if each.opcode == Opcode.MESSAGE:
+                message_of(each)  # the chunk is kept whole or not at all
         verified = parse(raw).uncompressed_crc != 0 and not self.loose_definitions
-        messages = [message_of(each) for each in inside if each.opcode == Opcode.MESSAGE]
-        nameless = [each for each in messages if not self._write(each, verified=verified)]
+        messages = (message_of(each) for each in inside if each.opcode == Opcode.MESSAGE)
+        nameless = sum(not self._write(each, verified=verified) for each in messages)
         self.report.chunks += 1
         if nameless:
             self.report.lost(
-                f"{len(nameless)} messages of the chunk at byte {raw.offset}: nothing says any more what they are"
+                f"{nameless} messages of the chunk at byte {raw.offset}: nothing says any more what they are"
             )
 
     def _write(self, message: records.Message, *, verified: bool) -> bool:
@@ -191,7 +199,7 @@ class _Recovery:
         record = parse(raw)
         self.output.attach(record.name, record.media_type, record.data, log_time_ns=record.log_time)
         self.report.attachments += 1
-        self.report.unverified_records += raw.body[-4:] == bytes(4)
+        self.report.unverified_records += attachment_crc(raw) == bytes(4)
 
     def _keep_metadata(self, raw: RawRecord) -> None:
         record = parse(raw)

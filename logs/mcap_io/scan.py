@@ -3,6 +3,9 @@
 The library's own readers pass over short reads, take a missing record for the end, and expand a 17 kB file to 1 GB;
 here every length is checked against the file, every record must write back to the bytes it came from, every checksum
 that is there must match, and sizes are capped.
+
+A later version of MCAP may add fields at a record's end and records of new kinds: as the format demands, both are
+passed over. In our own files there are none, so there they are damage (a length or a kind hit by a flipped bit).
 """
 
 from __future__ import annotations
@@ -20,13 +23,16 @@ from mcap.data_stream import ReadDataStream, RecordBuilder
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 
+OURS = "openbelief "  # our library's name in the header
 MAGIC = b"\x89MCAP0\r\n"
 PREFIX = struct.Struct("<BQ")  # opcode, length of the body
 MESSAGE = struct.Struct("<HIQQ")  # channel id, sequence, log time, publish time
 MAX_CHUNK_BYTES = 64 << 20  # expanded; rosbag2 and we write 1 MB, a raw 4K image is 25 MB
 MAX_ATTACHMENT_BYTES = 1 << 30  # lies in the file as it is, so the file must be as big: no bomb
+LARGE_CHUNK_BYTES, LARGE_CHUNK_RATIO = 1 << 30, 100  # so much, where the file holds a hundredth of it
+MAX_CHUNK_RECORDS = 1 << 20  # of less than 64 bytes on average in a chunk of the largest size: no message is so small
 MAX_BODY_BYTES = {
-    Opcode.CHUNK: MAX_CHUNK_BYTES,
+    Opcode.CHUNK: LARGE_CHUNK_BYTES,
     Opcode.MESSAGE: MAX_CHUNK_BYTES,
     Opcode.ATTACHMENT: MAX_ATTACHMENT_BYTES,
 }
@@ -55,11 +61,12 @@ class Damage(Exception):
 
 @dataclass(frozen=True, slots=True)
 class RawRecord:
-    """One record: where it begins, what it says it is, and its bytes."""
+    """One record: where it begins, what it says it is, and its bytes. exact: nothing may follow the known fields."""
 
     offset: int
     opcode: int
     body: bytes
+    exact: bool = True
 
     @property
     def end(self) -> int:
@@ -85,10 +92,12 @@ class Source:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self.exact = True
 
     def __enter__(self) -> Source:
         self._file = self.path.open("rb")
         self.size = self._file.seek(0, 2)
+        self.exact = _is_ours(self)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -126,39 +135,68 @@ def record_at(source: Source, offset: int) -> RawRecord:
     limit = MAX_BODY_BYTES.get(opcode, MAX_OTHER_BYTES)
     if length > limit:
         raise Damage(f"a record at byte {offset} has {length} bytes, more than the limit of {limit}")
-    return RawRecord(offset, opcode, source.read(offset + PREFIX.size, length))
+    return RawRecord(offset, opcode, source.read(offset + PREFIX.size, length), source.exact)
 
 
 def parse(raw: RawRecord) -> Any:
-    """The record as mcap's dataclass. It must write back to the same bytes, which finds every short read."""
+    """The record as mcap's dataclass. It must write back to the bytes it came from, which finds every short read."""
     try:
         record = READERS[raw.opcode](ReadDataStream(BytesIO(raw.body)))
         builder = RecordBuilder()
         record.write(builder)
     except (KeyError, McapError, struct.error, ValueError, OverflowError, MemoryError) as error:
         raise Damage(f"the record at byte {raw.offset} cannot be read") from error
-    written = builder.end()
-    if raw.opcode == Opcode.ATTACHMENT and raw.body[-4:] == bytes(4):
+    written = builder.end()[PREFIX.size :]
+    if raw.opcode == Opcode.ATTACHMENT and raw.body[len(written) - 4 : len(written)] == bytes(4):
         written = written[:-4] + bytes(4)  # a writer may leave the attachment's checksum out
-    if written != raw.whole:
+    if not raw.body.startswith(written) or (raw.exact and len(written) < len(raw.body)):
         raise Damage(f"the record at byte {raw.offset} is not as it was written")
     return record
 
 
-def chunk_records(raw: RawRecord) -> Iterator[RawRecord]:
+def attachment_crc(raw: RawRecord) -> bytes:
+    """The checksum of an attachment, zero where its writer left it out; fields of a later version may follow it."""
+    builder = RecordBuilder()
+    parse(raw).write(builder)
+    end = len(builder.end()) - PREFIX.size
+    return raw.body[end - 4 : end]
+
+
+def is_unknown(opcode: int) -> bool:
+    """A kind of record that this version does not know: a later version's below 0x80, somebody's own from there on."""
+    return opcode not in READERS and opcode != Opcode.MESSAGE
+
+
+def chunk_records(raw: RawRecord) -> ChunkRecords:
     """The records in a chunk, all checked before the first is given: checksum, sizes, opcodes."""
     data = _expand(parse(raw), raw.offset)
-    inside, at = [], 0
+    starts, at = 0, 0
     while at < len(data):
-        if at + PREFIX.size > len(data):
+        opcode_and_length = data[at : at + PREFIX.size]
+        if len(opcode_and_length) < PREFIX.size:
             raise Damage(f"the chunk at byte {raw.offset} ends in the middle of a record")
-        opcode, length = PREFIX.unpack_from(data, at)
-        body = data[at + PREFIX.size : at + PREFIX.size + length]
-        if len(body) != length:
-            raise Damage(f"the chunk at byte {raw.offset} ends in the middle of a record")
-        inside.append(RawRecord(at, opcode, body))
-        at += PREFIX.size + length
-    return iter(inside)
+        at += PREFIX.size + PREFIX.unpack(opcode_and_length)[1]
+        starts += 1
+        if starts > MAX_CHUNK_RECORDS:
+            raise Damage(f"the chunk at byte {raw.offset} holds more than {MAX_CHUNK_RECORDS} records, the limit")
+    if at != len(data):
+        raise Damage(f"the chunk at byte {raw.offset} ends in the middle of a record")
+    return ChunkRecords(data, raw.exact)
+
+
+@dataclass(frozen=True)
+class ChunkRecords:
+    """The records of a checked chunk, as often as wanted, one at a time: many small ones are large as objects."""
+
+    data: bytes
+    exact: bool
+
+    def __iter__(self) -> Iterator[RawRecord]:
+        at = 0
+        while at < len(self.data):
+            opcode, length = PREFIX.unpack_from(self.data, at)
+            yield RawRecord(at, opcode, self.data[at + PREFIX.size : at + PREFIX.size + length], self.exact)
+            at += PREFIX.size + length
 
 
 def message_of(raw: RawRecord) -> records.Message:
@@ -192,6 +230,17 @@ def summary_of(source: Source) -> Summary:
     return _read_summary(source, start, footer_raw.offset)
 
 
+def _is_ours(source: Source) -> bool:
+    """Whether our recorder wrote it, as its header says; what cannot be read is taken for ours, and read strictly."""
+    at = len(MAGIC)
+    source.exact = False  # a header may have fields of a later version, too
+    try:
+        head = record_at(source, at)
+        return str(parse(head).library).startswith(OURS) if head.opcode == Opcode.HEADER else True
+    except Damage:
+        return True
+
+
 def _read_summary(source: Source, offset: int, end: int) -> Summary:
     summary, chunks = Summary(), set()
     while offset < end:
@@ -213,9 +262,11 @@ def _read_summary(source: Source, offset: int, end: int) -> Summary:
 
 def _expand(chunk: records.Chunk, offset: int) -> bytes:
     size = chunk.uncompressed_size
-    if size > MAX_CHUNK_BYTES:
+    limit = max(MAX_CHUNK_BYTES, min(LARGE_CHUNK_BYTES, LARGE_CHUNK_RATIO * len(chunk.data)))
+    if size > limit:
         raise Damage(
-            f"the chunk at byte {offset} would expand to {size} bytes, more than the limit of {MAX_CHUNK_BYTES}"
+            f"the chunk at byte {offset} would expand to {size} bytes, more than the limit of {limit}: "
+            "record with smaller chunks, or rewrite the file (mcap compress --chunk-size)"
         )
     if chunk.compression not in EXPANDERS:
         raise Damage(f"the chunk at byte {offset} is compressed with {chunk.compression!r}, which is unknown")

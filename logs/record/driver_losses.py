@@ -15,6 +15,7 @@ LIDAR_COUNTS = {
     "lost": "packets lost on the network",
     "late": "packets too late for their cloud",
     "overfull": "clouds without an end",
+    "cut": "packets left out because the lidar's clock was set",
     "refused": "packets refused",
 }
 LIDAR_IMU_COUNTS = {"imu_lost": "packets lost on the network"}

@@ -110,7 +110,12 @@ def _lidar_diagnoses(lidar: LivoxLidar, clock: Clock, opened_ns: int) -> list[Di
     """The lidar's own words, and whether clouds come; nothing in its first seconds."""
     if clock.now_ns() - opened_ns < FIRST_WORDS_S * 1e9:
         return []
-    found = diagnoses(lidar.health().state)
+    health = lidar.health()
+    found = diagnoses(health.state)
+    if health.clock_changes:
+        said = f"its clock was set {health.clock_changes} times, {health.cut} packets were left out"
+        remedy = "one time source for the lidar: a PTP master that stays, or none"
+        found.append(Diagnosis("lidar clock", Severity.WARN, said, remedy))
     try:
         lidar.latest(FIRST_WORDS_S)
     except StaleData:

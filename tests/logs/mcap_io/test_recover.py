@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from logs.mcap_io import scan
 from logs.mcap_io.checksum import KEY, ChecksumError, without_checksum
 from logs.mcap_io.reader import LogError, LogMessage, LogReader
 from logs.mcap_io.recover import RecoveryReport, recover
@@ -223,3 +224,12 @@ def test_a_field_recording_cut_in_the_middle_comes_back_up_to_the_cut(name: str,
     _, messages = recovered(cut)
     assert len(messages) > 50
     assert all(ours == theirs for ours, theirs in zip(messages, LogReader(original), strict=False))
+
+
+def test_a_chunk_of_more_records_than_any_recorder_writes_is_refused_before_they_are_objects(
+    small_recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """6 kB of zstd hold seven million records, 800 MB as objects."""
+    monkeypatch.setattr(scan, "MAX_CHUNK_RECORDS", 2)
+    report = recover(small_recording, tmp_path / "out.mcap", lambda share: None)
+    assert report.messages < 9 and any("more than 2 records, the limit" in loss for loss in report.losses)

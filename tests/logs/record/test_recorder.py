@@ -355,3 +355,21 @@ def test_only_the_newest_map_is_kept_for_the_next_file(tmp_path: Path) -> None:
         recorder.write_cdr("/words", STRING, 9, word("next"))
     assert LATCHED["/map"] == 1
     assert [m.stamp_ns for m in LogReader(recorder.paths[1]).messages({"/map"})] == [2]
+
+
+@pytest.mark.parametrize("parts", [(), ("message",), ("metadata",), ("attachment",), ("message", "recover")], ids=str)
+def test_an_independent_doctor_passes_a_recording_whatever_it_lacks(tmp_path: Path, parts: tuple[str, ...]) -> None:
+    path = tmp_path / "a.mcap"
+    with McapRecorder(path, HandClock(NOW_NS)) as recorder:
+        if "message" in parts:
+            recorder.write_cdr("/words", STRING, 5, word("one"))
+        if "metadata" in parts:
+            recorder.metadata("run", {"commit": "abc"})
+        if "attachment" in parts:
+            recorder.attach("robot.toml", "application/toml", b"x = 1")
+    if "recover" in parts:
+        recover(path, tmp_path / "b.mcap", lambda share: None)
+        path = tmp_path / "b.mcap"
+    doctor = Path(sys.executable).with_name("pymcap-cli")
+    done = subprocess.run([doctor, "doctor", path, "--format", "jsonl"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
