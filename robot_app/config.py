@@ -148,11 +148,12 @@ class SimSection(Section):
 
 
 class RealSenseSection(Section):
-    """The D435i behind a camera that is "real". serial: which one, where there are several."""
+    """The D435i behind a camera that is "real". serial: which one, where there are several. imu: whether to open it."""
 
     serial: str | None = None
     color_size: tuple[int, int] = (848, 480)
     frame_id: str = "camera_color_optical_frame"
+    imu: bool = True
 
     @field_validator("color_size")
     @classmethod

@@ -142,7 +142,7 @@ class RealSenseCamera:
     def take_imu(self) -> list[CameraImuSample]:
         """The IMU samples since the last call, ten seconds at most. Raises PortError where the camera has no IMU."""
         if not self.info.has_imu:
-            raise PortError(f"{self.info.name} has no IMU (a D435 has none, a D435i has).")
+            raise PortError(f"{self.info.name} has no IMU{_because(self.info.imu_trouble)}")
         return self._taken(self._imu)
 
     def stand_still(self, still: bool) -> None:
@@ -241,3 +241,9 @@ class RealSenseCamera:
             return self._wall_time.to_ours(device_ns)
         self._device_time.observe(device_ns, self._clock.now_ns())
         return self._device_time.to_ours(device_ns)
+
+
+def _because(trouble: str | None) -> str:
+    if trouble is None:
+        return " (a D435 has none, a D435i has, [realsense] imu = false leaves it alone)."
+    return f" that can be opened: {trouble}."

@@ -32,11 +32,15 @@ class CameraRefused(CameraGone):
 
 @dataclass(frozen=True, kw_only=True)
 class RealSenseSettings:
-    """serial: None takes the only camera there is. color_size: (width, height), what depth is aligned to as well."""
+    """serial: None takes the only camera there is. color_size: (width, height), what depth is aligned to as well.
+
+    imu: False leaves the camera's IMU alone.
+    """
 
     serial: str | None = None
     color_size: tuple[int, int] = (848, 480)
     frame_id: str = "camera_color_optical_frame"
+    imu: bool = True
 
     def __post_init__(self) -> None:
         if self.color_size not in COLOR_SIZES:
@@ -50,7 +54,7 @@ class RealSenseInfo:
 
     T_imu_color is None without an IMU, and in a played recording, which does not hold it.
     intrinsics are those of colour, which aligned depth shares; depth_intrinsics those of the depth imager.
-    depth_unit_m: metres per count of depth.
+    depth_unit_m: metres per count of depth. imu_trouble: why an IMU that is there could not be opened.
     """
 
     name: str
@@ -63,6 +67,7 @@ class RealSenseInfo:
     T_depth_color: Array
     has_imu: bool
     T_imu_color: Array | None
+    imu_trouble: str | None = None
 
 
 @dataclass(frozen=True)

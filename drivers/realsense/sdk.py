@@ -37,6 +37,7 @@ MAX_SKEW_NS = 17_000_000  # half a frame between colour and depth
 MAX_MODEL_ERROR_PX = 0.5
 IMU_QUEUE = 2048  # three seconds of both sensors
 IMU_MAX_HZ = 250
+IMU_STREAMS = (rs.stream.accel, rs.stream.gyro)
 DOMAINS = {
     rs.timestamp_domain.global_time: TimestampDomain.GLOBAL,
     rs.timestamp_domain.system_time: TimestampDomain.SYSTEM,
@@ -166,7 +167,8 @@ class SdkStream:
     def __init__(self, device: Any, settings: RealSenseSettings) -> None:
         self._device = device
         self._usb = refuse_slow_usb(device)
-        self._profiles = _chosen_profiles(device, settings)
+        self._imu_trouble: str | None = None
+        self._profiles = self._chosen_profiles(settings)
         self._filters = DepthFilters()
         self._syncer, self._imu = rs.syncer(), rs.frame_queue(IMU_QUEUE, keep_frames=True)
         self._running: list[Any] = []
@@ -175,15 +177,33 @@ class SdkStream:
     def start(self) -> RealSenseInfo:
         """Set the options and start every sensor. `close` also after a failure."""
         try:
-            info = self._describe()
-            for sensor, streams in self._sensors():
-                _set_options(sensor, streams)
-                sensor.open([self._profiles[stream] for stream in streams])
-                self._running.append(sensor)
-                sensor.start(self._imu if rs.stream.gyro in streams else self._syncer)
+            for sensor, streams in list(self._sensors()):
+                self._start_sensor(sensor, streams)
+            return self._describe()
         except RuntimeError as error:
             raise CameraGone(f"librealsense could not start it ({error})") from error
-        return info
+
+    def _start_sensor(self, sensor: Any, streams: list[Any]) -> None:
+        """An IMU that cannot be started is left out: it may not take the camera down."""
+        is_imu = not set(streams) - set(IMU_STREAMS)
+        try:
+            _set_options(sensor, streams)
+            sensor.open([self._profiles[stream] for stream in streams])
+            self._running.append(sensor)
+            sensor.start(self._imu if is_imu else self._syncer)
+        except RuntimeError as error:
+            if not is_imu:
+                raise
+            self._leave_out_imu(error)
+            if sensor in self._running:
+                self._running.remove(sensor)
+                with suppress(RuntimeError):
+                    sensor.close()
+
+    def _leave_out_imu(self, error: RuntimeError) -> None:
+        self._imu_trouble = str(error)
+        for stream in IMU_STREAMS:
+            self._profiles.pop(stream, None)
 
     def close(self) -> None:
         while self._running:
@@ -234,8 +254,6 @@ class SdkStream:
 
     def _describe(self) -> RealSenseInfo:
         color, depth = self._profiles[rs.stream.color], self._profiles[rs.stream.depth]
-        gyro = self._profiles.get(rs.stream.gyro)
-        has_T_imu = gyro is not None and not self._device.is_playback()  # 2.59's recorder leaves that one out
         unit_m = next(s for s, streams in self._sensors() if rs.stream.depth in streams).get_option(
             rs.option.depth_units
         )
@@ -248,32 +266,56 @@ class SdkStream:
             depth_intrinsics=intrinsics_of(depth),
             depth_unit_m=round(unit_m, 9),  # librealsense's float32 0.001 is 0.0010000000475
             T_depth_color=_transform(color, depth),
-            has_imu=gyro is not None and rs.stream.accel in self._profiles,
-            T_imu_color=_transform(color, gyro) if has_T_imu else None,
+            has_imu=all(stream in self._profiles for stream in IMU_STREAMS),
+            T_imu_color=self._imu_extrinsics(color),
+            imu_trouble=self._imu_trouble,
         )
+
+    def _imu_extrinsics(self, color: Any) -> Array | None:
+        """(4, 4) T_imu_color; None without an IMU, or where its calibration is not to be had."""
+        gyro = self._profiles.get(rs.stream.gyro)
+        if gyro is None or self._device.is_playback():  # 2.59's recorder leaves it out
+            return None
+        try:
+            return _transform(color, gyro)
+        except RuntimeError as error:
+            self._imu_trouble = f"its place is not known ({error})"
+            return None
 
     def _sensors(self) -> Iterator[tuple[Any, list[Any]]]:
         """(sensor, the streams that we take of it)."""
         for sensor in self._device.query_sensors():
-            offered = {profile.stream_type() for profile in sensor.get_stream_profiles()}
+            offered = {profile.stream_type() for profile in self._offered(sensor)}
             streams = [stream for stream in self._profiles if stream in offered]
             if streams:
                 yield sensor, streams
 
+    def _offered(self, sensor: Any) -> list[Any]:
+        """A sensor's profiles. A motion module that cannot even tell them is left out."""
+        try:
+            return list(sensor.get_stream_profiles())
+        except RuntimeError as error:
+            if not sensor.is_motion_sensor():
+                raise
+            self._imu_trouble = str(error)
+            return []
 
-def _chosen_profiles(device: Any, settings: RealSenseSettings) -> dict[Any, Any]:
-    """stream -> profile. Raises CameraRefused where colour or depth is not offered; an IMU may be missing."""
-    offered = [profile for sensor in device.query_sensors() for profile in sensor.get_stream_profiles()]
-    wanted = {
-        rs.stream.depth: (DEPTH_SIZE, rs.format.z16),
-        rs.stream.color: (settings.color_size, rs.format.rgb8),
-    }
-    chosen = {stream: _video(offered, stream, size, kind) for stream, (size, kind) in wanted.items()}
-    for stream in (rs.stream.accel, rs.stream.gyro):
-        rates = [p for p in offered if p.stream_type() == stream and p.fps() <= IMU_MAX_HZ]
-        if rates:
-            chosen[stream] = max(rates, key=lambda profile: profile.fps())
-    return chosen
+    def _chosen_profiles(self, settings: RealSenseSettings) -> dict[Any, Any]:
+        """stream -> profile. Raises CameraRefused where colour or depth is not offered; an IMU may be missing."""
+        try:
+            offered = [profile for sensor in self._device.query_sensors() for profile in self._offered(sensor)]
+        except RuntimeError as error:
+            raise CameraGone(f"librealsense could not ask it what it offers ({error})") from error
+        wanted = {
+            rs.stream.depth: (DEPTH_SIZE, rs.format.z16),
+            rs.stream.color: (settings.color_size, rs.format.rgb8),
+        }
+        chosen = {stream: _video(offered, stream, size, kind) for stream, (size, kind) in wanted.items()}
+        for stream in IMU_STREAMS if settings.imu else ():
+            rates = [p for p in offered if p.stream_type() == stream and p.fps() <= IMU_MAX_HZ]
+            if rates:
+                chosen[stream] = max(rates, key=lambda profile: profile.fps())
+        return chosen
 
 
 def _video(offered: list[Any], stream: Any, size: tuple[int, int], kind: Any) -> Any:

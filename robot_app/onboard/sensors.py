@@ -103,7 +103,12 @@ def _camera_diagnoses(camera: RealSenseCamera) -> list[Diagnosis]:
     health = camera.health()
     if health.trouble:
         return [Diagnosis("camera state", Severity.WARN, f"it was restarted: {health.trouble}")]
-    return [Diagnosis("camera state", Severity.OK, str(health.phase))]
+    found = [Diagnosis("camera state", Severity.OK, str(health.phase))]
+    if health.info is not None and health.info.imu_trouble:
+        said = f"its IMU could not be opened, images come without it: {health.info.imu_trouble}"
+        remedy = "give this user librealsense's udev rules, or leave the IMU out with [realsense] imu = false"
+        found.append(Diagnosis("camera IMU", Severity.WARN, said, remedy))
+    return found
 
 
 def _lidar_diagnoses(lidar: LivoxLidar, clock: Clock, opened_ns: int) -> list[Diagnosis]:

@@ -7,7 +7,8 @@ import pytest
 
 from drivers.realsense.gate import DuplicateFilter
 from drivers.realsense.messages import CameraGone, CameraRefused, RealSenseSettings, TimestampDomain
-from sim_fakes.sensors.realsense_software import GRAVITY, TURN, Fault, TwinSpec
+from drivers.realsense.sdk import SdkStream
+from sim_fakes.sensors.realsense_software import GRAVITY, TURN, Fault, RealSenseTwin, TwinSpec, box_images
 
 MICROSECOND = 1_000
 
@@ -85,6 +86,52 @@ def test_a_camera_without_imu_says_so(make_bench) -> None:
     assert not bench.info.has_imu and bench.info.T_imu_color is None
     bench.settled()
     assert bench.stream.motions() == []
+
+
+class BrokenImu:
+    """A device whose motion module fails in one call, as without librealsense's udev rules."""
+
+    WORDS = "Failed to open scan_element in_accel_x_en Last Error: Permission denied"
+
+    def __init__(self, part, call: str) -> None:
+        self._part, self._call = part, call
+
+    def query_sensors(self):
+        rs = _rs()
+        return [
+            BrokenImu(s, self._call) if rs.stream.gyro in {p.stream_type() for p in s.get_stream_profiles()} else s
+            for s in self._part.query_sensors()
+        ]
+
+    def _broken(self, *_):
+        raise RuntimeError(self.WORDS)
+
+    def is_motion_sensor(self) -> bool:
+        return True
+
+    def __getattr__(self, name: str):
+        return self._broken if name == self._call else getattr(self._part, name)
+
+
+@pytest.mark.parametrize("call", ["open", "start", "get_stream_profiles"])
+def test_an_imu_that_cannot_be_opened_costs_the_imu_and_not_the_camera(call: str) -> None:
+    twin = RealSenseTwin(box_images(TwinSpec()), TwinSpec())
+    stream = SdkStream(BrokenImu(twin.device, call), RealSenseSettings())
+    try:
+        info = stream.start()
+        assert not info.has_imu and info.T_imu_color is None and "Permission denied" in str(info.imu_trouble)
+    finally:
+        stream.close()
+
+
+def test_an_imu_that_nobody_wants_is_left_alone() -> None:
+    twin = RealSenseTwin(box_images(TwinSpec()), TwinSpec())
+    stream = SdkStream(BrokenImu(twin.device, "open"), RealSenseSettings(imu=False))
+    try:
+        info = stream.start()
+        assert not info.has_imu and info.imu_trouble is None
+    finally:
+        stream.close()
 
 
 def test_extrinsics_and_scale_are_read_from_the_device(bench) -> None:
