@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import json
+import os
 import shlex
 import subprocess
 import sys
@@ -178,3 +179,18 @@ def test_an_example_over_a_demos_folder_works_as_pasted(verb, small_site, capsys
     (tmp_path / "demo-out").symlink_to(small_site)
     assert main([*example(verb), "--json"]) == 0, capsys.readouterr().err
     assert isinstance(json.loads(capsys.readouterr().out), dict)
+
+
+@pytest.mark.parametrize(("given", "used"), [(None, "1"), ("3", "3")])
+def test_one_thread_multiplies_matrices_unless_the_environment_says_otherwise(given: str | None, used: str) -> None:
+    """Waiting threads of the BLAS library took 30 % of a mapping's CPU time."""
+    script = (
+        "import os, sys; from robot_app.cli import main; assert 'numpy' not in sys.modules; main(['--version']); "
+        "import numpy; a = numpy.ones((900, 900)); a @ a; print(os.environ['OPENBLAS_NUM_THREADS'], "
+        "len(os.listdir('/proc/self/task')))"
+    )
+    environment = {key: value for key, value in os.environ.items() if key != "OPENBLAS_NUM_THREADS"}
+    environment |= {"OPENBLAS_NUM_THREADS": given} if given else {}
+    command = [sys.executable, "-c", script]
+    said = subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout.split()
+    assert said[-2] == used and (given or said[-1] == "1")
