@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 from drivers.ports import Approval
 from robot_app.console.accounts import Role
 from robot_app.console.snapshots import Snapshots
+from robot_app.console.talk import Talk
 from robot_app.mission.lease import Lease, Refused
 from robot_app.mission.operator import SENTENCE_MAX, Operator
 
@@ -51,6 +52,7 @@ class Ask(Message):
     seen: int
     epoch: int
     text: str = Field(min_length=1, max_length=SENTENCE_MAX)
+    heard: int = 0  # what was said aloud for it, by the number that the talk button gave; 0: it was typed
 
 
 class Answer(Message):
@@ -80,8 +82,8 @@ class Page:
 class Commands:
     """Carries out what pages send. `obey` returns the acknowledgement, or None where none is due."""
 
-    def __init__(self, operator: Operator, snapshots: Snapshots) -> None:
-        self._operator, self._snapshots = operator, snapshots
+    def __init__(self, operator: Operator, snapshots: Snapshots, talk: Talk | None = None) -> None:
+        self._operator, self._snapshots, self._talk = operator, snapshots, talk
         self._table: dict[type[Message], Callable[[Page, Any], str]] = {
             Stop: self._stop,
             Take: self._take,
@@ -150,7 +152,8 @@ class Commands:
             target_phrase(text)
         except ValueError as error:
             raise Refused(str(error)) from error
-        self._operator.ask(page.lease, text)
+        notes = self._talk.notes(page.name, message.heard, text) if self._talk and message.heard else ()
+        self._operator.ask(page.lease, text, notes)
         return f"Asked: {text}"
 
     def _answer(self, page: Page, message: Answer) -> str:

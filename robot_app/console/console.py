@@ -10,11 +10,13 @@ from robot_app.config import Config
 from robot_app.console.live_pages import LivePages
 from robot_app.console.server import Listening, Parts, Server, serving
 from robot_app.console.snapshots import LiveMission, Snapshots
+from robot_app.console.talk import Talk
 from robot_app.console.telemetry import Telemetry
 from robot_app.console.trial_pages import TrialPages
 from robot_app.mission.missions import Missions
 from robot_app.mission.operator import Operator
 from robot_app.mission.trial_shelf import TrialShelf
+from robot_app.voice.suggestions import memory_phrases
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,7 @@ def open_console(listening: Listening, config: Config, operator: Operator, missi
             picture=telemetry.picture,
             live_pages=LivePages(operator, memory, config.safety, missions.robot.map, live),
             trial_pages=TrialPages(TrialShelf(config.trials)),
+            talk=Talk(config.voice, lambda: memory_phrases(memory), operator, missions.note),
         )
         with serving(listening, config.console, parts) as server:
             operator.join(HOW)

@@ -25,6 +25,7 @@ from robot_app.console.live_pages import LivePages
 from robot_app.console.logins import Logins
 from robot_app.console.sessions import Sessions
 from robot_app.console.snapshots import Snapshots
+from robot_app.console.talk import Talk
 from robot_app.console.telemetry import Picture
 from robot_app.console.trial_pages import TrialPages
 from robot_app.mission.operator import Operator
@@ -73,6 +74,7 @@ class Parts:
     picture: Picture
     live_pages: LivePages
     trial_pages: TrialPages
+    talk: Talk | None = None
 
 
 class Server:
@@ -145,11 +147,15 @@ def _app(parts: Parts, logins: Logins, address: Address) -> Any:
     from starlette.routing import Mount, Route, WebSocketRoute
     from starlette.staticfiles import StaticFiles
 
-    commands = Commands(parts.operator, parts.snapshots)
+    commands = Commands(parts.operator, parts.snapshots, parts.talk)
     hub = Hub(parts.operator, commands, parts.snapshots, parts.picture, logins.session)
 
     async def index(_: Any) -> Response:
         return FileResponse(STATIC / "index.html")
+
+    talking = []
+    if (talk := parts.talk) is not None:
+        talking = [WebSocketRoute("/ws/voice", lambda socket: talk.socket(socket, logins.session))]
 
     @contextlib.asynccontextmanager
     async def lifespan(_: Starlette) -> AsyncIterator[None]:
@@ -166,6 +172,7 @@ def _app(parts: Parts, logins: Logins, address: Address) -> Any:
         Mount("/static", StaticFiles(directory=STATIC)),
         WebSocketRoute("/ws", hub.page_socket),
         WebSocketRoute("/ws/camera", hub.camera_socket),
+        *talking,
         *logins.routes,
         *parts.live_pages.routes(logins),
         *parts.trial_pages.routes(logins),

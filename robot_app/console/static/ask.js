@@ -1,11 +1,13 @@
 // The ask line, and who commands.
 
 import {$, shown, text} from "./dom.js";
+import {Talk} from "./talk.js";
 
 export class AskLine {
   constructor(link) {
     this.link = link;
     this.answer = $("ask-answer");
+    this.talk = new Talk((answer) => this.say(answer));
     $("ask").addEventListener("submit", (event) => { event.preventDefault(); this.ask(); });
     $("take").addEventListener("click", () => this.take());
     $("release").addEventListener("click", async () => this.say(await link.command({type: "release"})));
@@ -17,6 +19,7 @@ export class AskLine {
     this.lease = operator?.lease;
     const operates = you?.role === "operator", mine = Boolean(this.epoch);
     $("ask-words").disabled = !operates;
+    this.talk.show(operates);
     $("ask-words").placeholder = !operates ? "You are a viewer: you may look, and STOP" : mine ? "Take me to the …" : "Take command to ask";
     $("ask-send").disabled = !mine || !this.link.open;
     shown($("take"), operates && !mine);
@@ -43,8 +46,12 @@ export class AskLine {
   async ask() {
     const words = $("ask-words").value.trim();
     if (!words) return;
-    const answer = await this.link.command({type: "ask", epoch: this.epoch ?? 0, text: words});
+    const answer = await this.link.command({type: "ask", epoch: this.epoch ?? 0, text: words, heard: this.talk.heard});
     this.say(answer);
-    if (answer.ok) $("ask-words").value = "";
+    if (answer.ok) {
+      $("ask-words").value = "";
+      $("meant").replaceChildren();
+      this.talk.heard = 0;
+    }
   }
 }

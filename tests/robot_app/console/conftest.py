@@ -16,17 +16,20 @@ import pytest
 from websockets.sync.client import ClientConnection, connect
 
 from behaviors.supervisor import SafetyPolicy
+from logs.trial.journal import Entry
 from openbelief.pose import Pose2
-from robot_app.config import ConsoleSection
+from robot_app.config import ConsoleSection, VoiceSection
 from robot_app.console.accounts import Accounts
 from robot_app.console.live_pages import LivePages
 from robot_app.console.open_trial import OpenTrial
 from robot_app.console.server import Listening, Parts, Server, serving
 from robot_app.console.snapshots import LiveMission, Snapshots
+from robot_app.console.talk import Talk
 from robot_app.console.telemetry import Picture, Readings
 from robot_app.console.trial_pages import TrialPages
 from robot_app.mission.operator import Operator
 from robot_app.mission.trial_shelf import TrialShelf
+from robot_app.voice.suggestions import memory_phrases
 
 SMALL_ROOM = Path(__file__).parents[2] / "replay" / "small_room.mcap"
 PASSWORD = "correct horse"
@@ -121,6 +124,7 @@ class Console:
     operator: Operator
     live: LiveMission
     folder: Path
+    kept: list[Entry]  # notes for the trial under way
 
     def visitor(self, role: str | None = "operator", name: str = "ada") -> Visitor:
         """Logged in by a pairing link; with None nobody is."""
@@ -136,6 +140,7 @@ def console(small_room: OpenTrial, accounts: Path, tmp_path: Path) -> Iterator[C
     shutil.copy(SMALL_ROOM, tmp_path / "small_room.mcap")
     operator, live = Operator(), LiveMission(small_room.memory)
     operator.join("console")
+    kept: list[Entry] = []
     readings = Readings(pose=Pose2(1.0, 2.0, 0.5), battery=0.8, disk_free_bytes=10**11)
     parts = Parts(
         operator=operator,
@@ -145,9 +150,10 @@ def console(small_room: OpenTrial, accounts: Path, tmp_path: Path) -> Iterator[C
             operator, small_room.memory, SafetyPolicy(), SimpleNamespace(latest=lambda: small_room.grid), live
         ),
         trial_pages=TrialPages(TrialShelf(tmp_path)),
+        talk=Talk(VoiceSection(), lambda: memory_phrases(small_room.memory), operator, kept.append),
     )
     with serving(Listening("127.0.0.1", 0), ConsoleSection(accounts=accounts), parts) as server:
-        yield Console(server, operator, live, tmp_path)
+        yield Console(server, operator, live, tmp_path, kept)
 
 
 @pytest.fixture
