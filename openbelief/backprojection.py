@@ -37,6 +37,15 @@ def backproject(pixels: Array, frame: RgbdFrame, parameters: Parameters) -> Arra
     return points.astype(np.float32).T
 
 
+def depth_points(depth_m: Array, camera: Intrinsics, stride: int, depth_max_m: float) -> Array:
+    """(n, 3) float64, optical frame, metres: every stride-th row and column that measured something up to a depth."""
+    thin = slice(None, None, stride), slice(None, None, stride)
+    measured = (depth_m[thin] > 0) & (depth_m[thin] <= depth_max_m)
+    z = depth_m[thin][measured].astype(np.float64)
+    ray_x, ray_y = ray_table(camera)
+    return np.column_stack((ray_x[thin][measured] * z, ray_y[thin][measured] * z, z))
+
+
 @lru_cache(maxsize=4)
 def ray_table(intrinsics: Intrinsics) -> Array:
     """(2, h, w) float64 normalised image coordinates (x/z, y/z) of every pixel: undistorted once."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from openbelief.acquisition import acquire
+from openbelief.derived_rooms import with_derived_rooms
 from openbelief.memory import ObjectMemory
 from openbelief.observation import Mask, RgbdFrame
 from openbelief.perception.ports import FrameUnseen, Perception, TextEncoder
@@ -41,6 +42,7 @@ def map_frames(
         rooms=rooms,
         surroundings=store.surroundings(),
     )
+    memory = with_derived_rooms(memory)  # where nobody gave rooms, the maps show them (paper Sec. II)
     store.finish(memory.evidence, memory.table.columns)  # 5. seal
     return memory
 

@@ -46,6 +46,13 @@ class Room:
         low, high = self.heights_m or (-np.inf, np.inf)
         return bool((len(point) < 3 or low <= point[2] < high) and inside(point[:2], self.polygon_xy)[0])
 
+    def samples(self, step_m: float) -> Array:
+        """(n, 2) points of a grid inside it."""
+        low, high = self.polygon_xy.min(axis=0), self.polygon_xy.max(axis=0)
+        x, y = (np.arange(a + step_m / 2, b, step_m) for a, b in zip(low, high, strict=True))
+        points = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+        return points[inside(points, self.polygon_xy)]
+
     def as_json(self) -> dict[str, Any]:
         said: dict[str, Any] = {"name": self.name, "polygon": self.polygon_xy.tolist()}
         if self.heights_m is not None:

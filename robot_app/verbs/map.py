@@ -177,9 +177,9 @@ def _report(out: Path, result: MapResult) -> dict[str, Any]:
 
 def _rooms(memory: ObjectMemory) -> list[dict[str, Any]]:
     """How many objects stand in each room; in none of them under the name None."""
-    from openbelief.scene_graph import scene_graph
-
-    return [{"name": room.name, "objects": len(room.objects)} for room in scene_graph(memory).rooms]
+    standing = Counter(node.room for node in memory.objects)
+    rooms = [{"name": r.name, "given": r.given, "objects": standing[r.name]} for r in memory.rooms]
+    return rooms + ([{"name": None, "objects": standing[None]}] if standing[None] else [])
 
 
 def _foreground_alarms(memory: ObjectMemory) -> list[ExtentAlarm]:

@@ -34,6 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
+    from openbelief.derived_rooms import given_win
     from robot_app.memories import open_memory
     from robot_app.room_files import read_rooms
 
@@ -46,7 +47,7 @@ def run(options: argparse.Namespace) -> None:
     try:
         new = old.rebuilt(_changed(old.parameters, changes))
         if options.rooms:
-            new = new.with_rooms(read_rooms(options.rooms))
+            new = new.with_rooms(given_win(read_rooms(options.rooms), [room for room in new.rooms if not room.given]))
             _require_some_inside(new, options.rooms)
         new.save(options.out)
     except (ValueError, TypeError) as error:
@@ -67,7 +68,8 @@ def run(options: argparse.Namespace) -> None:
 
 
 def _require_some_inside(memory: ObjectMemory, rooms: Path) -> None:
-    if memory.objects and not any(node.room for node in memory.objects):
+    given = {room.name for room in memory.rooms if room.given}
+    if memory.objects and not any(node.room in given for node in memory.objects):
         raise Failure(f"None of the {len(memory.objects)} objects stands in a room of {rooms}: is it of another site?")
 
 

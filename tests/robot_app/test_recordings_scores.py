@@ -42,6 +42,14 @@ def test_a_plain_reading_of_the_paper_is_reached(name, tmp_path, capsys):
         assert result["nodes"]["purity"] is None or result["nodes"]["purity"] > 0.99
     if name == "apartment":
         assert_calibrated(memory, truth, capsys)
+        assert_rooms_found(memory, truth, capsys)
+
+
+def assert_rooms_found(memory: str, truth: str, capsys) -> None:
+    """Mapped without rooms: the map shows them, and what stands in them."""
+    assert main(["eval", "rooms", memory, truth, "--json"]) == 0
+    scores = json.loads(capsys.readouterr().out)
+    assert scores["given"] == 0 and scores["right"] >= 0.9, scores["wrong"]
 
 
 def assert_calibrated(memory: str, truth: str, capsys) -> None:

@@ -1,0 +1,138 @@
+"""Storeys: the heights of their floors, from the histogram of what cameras measured below them; a grid for each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from openbelief.arrays import Array
+from openbelief.backprojection import depth_points
+from openbelief.occupancy import floor_height, from_points
+from openbelief.pose import apply
+from openbelief.surroundings import StoreyMap, Surroundings
+from openbelief.traversability import OCCUPIED, OccupancyGrid
+
+BIN_M = 0.05
+BELOW_CAMERA_M = 0.5  # floors and table tops are below it; what it sees of ceilings is not
+STOREY_MIN_M = 1.8  # floors are at least so far apart
+PEAK_SHARE, OF_STOREY_SHARE = 0.05, 0.25  # a floor's peak: of the site's highest, and of its own storey's highest
+WALKED_M = (0.3, 2.2)  # a camera was carried so high above a floor that was walked on
+UNDER_FLOOR_M = 0.3  # what stands on a floor may seem so much below it
+HEADROOM_M = 2.0
+SAME_HEIGHT_M = 1.0  # a map drawn at this distance from a floor is that floor's
+AGREES_FREE, AGREES_WALLS, WALL_SLACK_M = 0.9, 0.7, 0.15
+MAX_POINTS = 4_000_000  # of a long walk, fewer pixels of each view are taken
+DEPTH_MAX_M = 6.0  # stereo depth is no more than a guess beyond
+
+
+@dataclass(frozen=True)
+class Floor:
+    """One storey. height_m: z of its floor, map frame. grid: where there are walls and floor, None where unknown."""
+
+    id: int
+    height_m: float
+    heights_m: tuple[float, float]
+    grid: OccupancyGrid | None
+
+    def holds(self, z: float) -> bool:
+        """Does what is at this height stand on this floor?"""
+        return self.heights_m[0] <= z < self.heights_m[1]
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """(n, 3) points of all views, map frame, and the height of the camera that saw each."""
+
+    points: Array
+    camera_z: Array
+    cameras: Array
+
+
+def floors_of(surroundings: Surroundings, clouds: Sequence[Array]) -> tuple[Floor, ...]:
+    """The site's storeys, lowest first; at least one. clouds: the objects' points, for a file without keyframes."""
+    seen = _seen(surroundings)
+    heights = floor_heights(seen.points[:, 2], seen.camera_z, seen.cameras)
+    if not heights:
+        heights = [floor_height(np.concatenate(clouds)) if clouds else 0.0]
+    edges = [-1000.0, *(height - UNDER_FLOOR_M for height in heights[1:]), 1000.0]
+    ranges = list(pairwise(edges))
+    return tuple(
+        Floor(i, round(height, 3), ranges[i], _grid_of(surroundings.maps, height, _of_storey(seen, height, ranges[i])))
+        for i, height in enumerate(heights)
+    )
+
+
+def floor_heights(z: Array, camera_z: Array, cameras: Array) -> list[float]:
+    """Heights of the floors that were walked on, lowest first.
+
+    z, camera_z: (n,) heights of measured points and of the cameras that saw them. cameras: (m,) all cameras' heights.
+    """
+    below = z[z < camera_z - BELOW_CAMERA_M]
+    if not len(below):
+        return []
+    low = np.floor(below.min() / BIN_M) * BIN_M
+    counts = np.bincount(((below - low) / BIN_M).astype(np.int64)).astype(np.float64)
+    smooth = np.convolve(np.pad(counts, 1), [0.25, 0.5, 0.25], mode="same")
+    peaks = np.flatnonzero((smooth[1:-1] >= smooth[:-2]) & (smooth[1:-1] > smooth[2:]))
+    peaks = peaks[smooth[peaks + 1] >= PEAK_SHARE * smooth.max()]
+    heights: list[float] = []
+    while len(peaks):
+        storey = peaks[(peaks - peaks[0]) * BIN_M < STOREY_MIN_M]
+        strong = storey[smooth[storey + 1] >= OF_STOREY_SHARE * smooth[storey + 1].max()]
+        height = _exact(below, low + (strong[0] + 0.5) * BIN_M)
+        above = cameras - height
+        if ((above > WALKED_M[0]) & (above < WALKED_M[1])).any():
+            heights.append(height)
+            peaks = peaks[(peaks - strong[0]) * BIN_M >= STOREY_MIN_M]
+        else:
+            peaks = peaks[peaks > strong[0]]
+    return heights
+
+
+def _exact(z: Array, near: float) -> float:
+    return float(np.median(z[np.abs(z - near) <= BIN_M]))
+
+
+def _seen(surroundings: Surroundings) -> _Seen:
+    points, heights, cameras = [np.empty((0, 3))], [np.empty(0)], []
+    for view in surroundings.views:
+        depth_m, camera = surroundings.depth_m(view)
+        stride = max(1, int(np.ceil(np.sqrt(depth_m.size * len(surroundings.views) / MAX_POINTS))))
+        here = apply(view.T_map_camera, depth_points(depth_m, camera, stride, DEPTH_MAX_M))
+        points.append(here)
+        heights.append(np.full(len(here), view.T_map_camera[2, 3]))
+        cameras.append(view.T_map_camera[2, 3])
+    return _Seen(np.concatenate(points), np.concatenate(heights), np.array(cameras))
+
+
+def _of_storey(seen: _Seen, height: float, heights_m: tuple[float, float]) -> Array:
+    """(n, 3) points that cameras of this storey saw of it."""
+    own = (seen.camera_z >= heights_m[0] + WALKED_M[0]) & (seen.camera_z < heights_m[1] + WALKED_M[0])
+    z = seen.points[:, 2]
+    return seen.points[own & (z > height - UNDER_FLOOR_M) & (z < min(height + HEADROOM_M, heights_m[1]))]
+
+
+def _grid_of(maps: Sequence[StoreyMap], height: float, points: Array) -> OccupancyGrid | None:
+    """The navigation map of this floor; else one that agrees with what was seen of it; else one made of that."""
+    own = [m for m in maps if abs(m.height_m - height) < SAME_HEIGHT_M]
+    seen = from_points(points) if len(points) else None
+    agreeing = own or [m for m in maps if seen is not None and _agrees(m.grid, seen)]
+    if agreeing:
+        return max(agreeing, key=lambda m: int((m.grid.cells >= 0).sum())).grid
+    return seen
+
+
+def _agrees(grid: OccupancyGrid, seen: OccupancyGrid) -> bool:
+    """Is floor that was seen free on the map, and what stood there occupied?"""
+    free, walls = (seen.centre(np.argwhere(where)) for where in (seen.cells == 0, seen.cells >= OCCUPIED))
+    if not len(free) or not len(walls):
+        return False
+    near_walls = grid.inflated(WALL_SLACK_M)
+    return bool(
+        (grid.at(free) >= 0).mean() >= AGREES_FREE
+        and (grid.at(free) < OCCUPIED).mean() >= AGREES_FREE
+        and (near_walls.at(walls) > 0).mean() >= AGREES_WALLS
+    )
