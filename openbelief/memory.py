@@ -19,6 +19,11 @@ from openbelief.belief import Concept
 from openbelief.belief_file import BeliefFile
 from openbelief.embedding import embed_phrases, unit_rows
 from openbelief.evidence import Evidence, FrameRecord, canonical_order
+from openbelief.grounded.answer import Answer, answer, ranked
+from openbelief.grounded.geometry import Viewer
+from openbelief.grounded.options import GroundedOptions
+from openbelief.grounded.reader import GroundedReader
+from openbelief.grounded.table import map_table
 from openbelief.node import ObjectNode
 from openbelief.node_columns import believe
 from openbelief.node_table import NodeTable
@@ -27,6 +32,8 @@ from openbelief.parameters import Parameters
 from openbelief.perception.ports import TextEncoder
 from openbelief.phrase import is_background
 from openbelief.projection import check_projection, project_language, project_node
+from openbelief.request import Request, parse
+from openbelief.request.asked import Asked
 from openbelief.retrieval import Candidate, Question, Ranking, check_readout
 from openbelief.rooms import Room
 from openbelief.surroundings import Surroundings
@@ -217,32 +224,69 @@ class ObjectMemory:
 
     def rank(
         self,
-        query: str | Array,
+        query: str | Asked | Array,
         readout: str = "consensus",
         exclude: Iterable[int] = frozenset(),
         limit: int | None = None,
     ) -> list[Candidate]:
         """Candidates, best first, ties by lowest id.
 
-        query: a sentence ranks foreground nodes by its target phrase (background ones only when asked for by name);
-        a (d,) vector ranks every node. readout: "consensus" | "early" | "belief". exclude: R_q, object ids. limit: at
-        most so many. Raises ValueError on an empty sentence, a vector that is not finite, a negative limit, or a
-        sentence without an encoder.
+        query: a sentence (or one that was embedded, `asked`) ranks foreground nodes, background ones only when asked
+        for by name: the paper's readouts by its target phrase, "grounded" by all that it says; a (d,) vector ranks
+        every node. readout: "consensus" | "early" | "belief" | "grounded". exclude: R_q, object ids. limit: at most so
+        many. Raises ValueError on an empty sentence, a vector that is not finite, a negative limit, or a sentence
+        without an encoder.
         """
         known = check_readout(readout)
         _check_limit(limit)
         if not self._is_asked(query):
             return []
+        if known == "grounded":
+            return self._ranked_grounded(query, frozenset(exclude), limit)
         vector, asked = self._ask(query)
         return Ranking(self.table, Question(vector, known, asked)).best(frozenset(exclude), limit)
 
+    def asked(self, sentence: str | Request) -> Asked:
+        """A sentence, parsed and embedded once. Raises ValueError where it names nothing, or without an encoder."""
+        request = parse(sentence) if isinstance(sentence, str) else sentence
+        return Asked(request, self._encoded)
+
+    def reader(self, options: GroundedOptions | None = None) -> GroundedReader:
+        """What reads this memory with the readout `grounded`; one for the same options."""
+        chosen = options or GroundedOptions()
+        if chosen not in self._readers:
+            self._readers[chosen] = GroundedReader(
+                lambda: map_table(self.table, lambda i: self.objects[i].points, self._encoded, chosen),
+                self.rooms,
+                self.text_encoder_id,
+                chosen,
+            )
+        return self._readers[chosen]
+
+    def answer(
+        self,
+        query: str | Asked,
+        exclude: Iterable[int] = frozenset(),
+        limit: int | None = None,
+        *,
+        viewer: Viewer | None = None,
+        options: GroundedOptions | None = None,
+    ) -> Answer:
+        """What the readout `grounded` answers: found, unsure or not found, why, and the candidates with their terms.
+
+        viewer: where the one who asks stands, for "nearest" and "on the left". Raises ValueError as `rank` does.
+        """
+        asked = self.asked(query) if isinstance(query, str) else query
+        _check_limit(limit)
+        return answer(self.reader(options).read(asked, viewer), lambda: self.table.phrases, frozenset(exclude), limit)
+
     def retrieve(
-        self, query: str | Array, readout: str = "consensus", exclude: Iterable[int] = frozenset()
+        self, query: str | Asked | Array, readout: str = "consensus", exclude: Iterable[int] = frozenset()
     ) -> Candidate | None:
         """The best candidate outside R_q; None is the paper's NONE, and `nothing_because` says why."""
         return next(iter(self.rank(query, readout, exclude, limit=1)), None)
 
-    def nothing_because(self, query: str | Array, exclude: Iterable[int] = frozenset()) -> str | None:
+    def nothing_because(self, query: str | Asked | Array, exclude: Iterable[int] = frozenset()) -> str | None:
         """Why `retrieve` gives None, in the operator's words; None where it gives a candidate."""
         if not len(self.table):
             return "the memory holds no objects"
@@ -273,26 +317,45 @@ class ObjectMemory:
         rows = [one(node, table, known, self.parameters) for node in self.objects]
         return np.array(rows).reshape(len(self.objects), len(table))
 
-    def _is_asked(self, query: str | Array) -> bool:
+    @cached_property
+    def _readers(self) -> dict[GroundedOptions, GroundedReader]:
+        return {}
+
+    def _ranked_grounded(
+        self, query: str | Asked | Array, exclude: frozenset[int], limit: int | None
+    ) -> list[Candidate]:
+        reader = self.reader()
+        if isinstance(query, str | Asked):
+            return ranked(reader.read(self.asked(query) if isinstance(query, str) else query), exclude, limit)
+        return ranked(reader.read_vector(self._ask(query)[0]), exclude, limit)
+
+    def _is_asked(self, query: str | Asked | Array) -> bool:
         """False where there is nothing to rank, which needs no encoder; what asks nothing is refused all the same."""
         if len(self.table) or not isinstance(query, str):
-            return True
+            return bool(len(self.table)) or not isinstance(query, Asked)
         target_phrase(query)
         return False
 
-    def _ask(self, query: str | Array) -> tuple[Array, Array]:
+    def _ask(self, query: str | Asked | Array) -> tuple[Array, Array]:
         """(d,) float64 unit query, and (N,) bool: the nodes that it ranks."""
-        if isinstance(query, str):
-            vector = unit_rows(self._encoder().encode([target_phrase(query).text]), self.text_dim, "The encoder's row")
+        if isinstance(query, Asked):
+            vector = query.f_q[None]
+        elif isinstance(query, str):
+            vector = self._encoded([target_phrase(query).text])
         else:
             vector = unit_rows([_vector(query)], self.text_dim, "The query vector")
         return vector[0], self._asked(query)
 
-    def _asked(self, query: str | Array) -> Array:
+    def _asked(self, query: str | Asked | Array) -> Array:
         """(N,) bool: all for a vector, the foreground for a sentence that does not name background."""
-        if not isinstance(query, str) or is_background(target_phrase(query).thing):
+        sentence = query.request.sentence if isinstance(query, Asked) else query
+        if not isinstance(sentence, str) or is_background(target_phrase(sentence).thing):
             return np.ones(len(self.table), bool)
         return ~self.table.background
+
+    def _encoded(self, texts: Sequence[str]) -> Array:
+        """(n, d) float64 unit rows."""
+        return unit_rows(self._encoder().encode(list(texts)), self.text_dim, "The encoder's row")
 
     def _class_table(self, classes: Sequence[str] | Array) -> Array:
         """(C, d) float64 unit rows."""

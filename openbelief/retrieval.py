@@ -16,7 +16,7 @@ from openbelief.node import ObjectNode
 from openbelief.node_table import NodeTable
 from openbelief.parameters import Parameters
 
-Readout = Literal["consensus", "early", "belief"]
+Readout = Literal["consensus", "early", "belief", "grounded"]  # the paper's three, and ours (openbelief.grounded)
 NOTHING_TO_COMPARE = -1.0  # the lowest cosine: a node without language whose feature is not text-aligned comes last
 ROUGH = 1e-4  # a float32 cosine of unit vectors is closer to the exact one than this
 BLOCK = 4096  # rows that are made float64 at once

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import argparse
 import math
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from openbelief.grounded.geometry import Viewer
 
 
 def from_one(text: str) -> int:
@@ -41,3 +45,16 @@ def perception(text: str) -> str:
     except Failure as failure:
         raise argparse.ArgumentTypeError(f"should be {FORMS}, not {text!r}") from failure
     return text
+
+
+def a_pose(text: str) -> Viewer:
+    """X,Y or X,Y,YAW in metres and degrees, map frame."""
+    from openbelief.grounded.geometry import Viewer
+
+    try:
+        x, y, *yaw = (float(part) for part in text.split(","))
+        if len(yaw) > 1 or not all(math.isfinite(value) for value in (x, y, *yaw)):
+            raise ValueError
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"X,Y or X,Y,YAW in metres and degrees, not {text!r}") from error
+    return Viewer(x, y, math.radians(yaw[0]) if yaw else 0.0)

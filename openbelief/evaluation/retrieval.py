@@ -1,6 +1,6 @@
 """Retrieval against ground truth: R@1, R@3 and SR@1m by kind of query, and what the nodes are made of.
 
-Right (R@k): the candidate's centroid lies inside an accepted object's box grown by 0.25 m.
+Right (R@k): the candidate's centroid lies inside an accepted object's box grown by 0.25 m, or the truth's `margin_m`.
 Success at 1 m (SR@1m): the first candidate's centroid is within 1 m, horizontally, of an accepted object's box.
 """
 
@@ -13,12 +13,12 @@ from typing import Any
 
 import numpy as np
 
+from openbelief.evaluation.doubt import doubt_of
 from openbelief.evaluation.truth import ABSENT, TrueQuery, Truth
 from openbelief.memory import Candidate, ObjectMemory
 from openbelief.retrieval import best_first, check_readout, exact, language_scores
 from openbelief.target_phrase import target_phrase
 
-BOX_MARGIN_M = 0.25
 SUCCESS_M = 1.0
 Ranking = Callable[[str], list[Candidate]]
 
@@ -26,13 +26,16 @@ Ranking = Callable[[str], list[Candidate]]
 def evaluate(memory: ObjectMemory, truth: Truth, readout: str = "consensus") -> dict[str, Any]:
     """The result of `eval retrieval` (DESIGN.md). Unfindable and absent queries are reported apart, never scored.
 
-    Where features are not text-aligned, `language_alone` scores the plain language heads (S_i = H_i) beside it.
+    Where features are not text-aligned, `language_alone` scores the plain language heads (S_i = H_i) beside it. The
+    readout "grounded" also says `kept`, `absent_nouns` and `doubt` (openbelief.evaluation.doubt).
     """
-    result = _evaluate(memory, truth, lambda query: memory.rank(query, readout))
-    if not memory.feature_text_aligned:
+    result = _evaluate(memory, truth, lambda query: memory.rank(query, readout), by_head=readout == "grounded")
+    if readout == "grounded":
+        result |= doubt_of(memory, truth)
+    elif not memory.feature_text_aligned:
         alone = _evaluate(memory, truth, lambda query: _language_alone(memory, query, readout))
         result["language_alone"] = {k: alone[k] for k in ("queries", "r_at_1", "r_at_3", "sr_at_1m")}
-    return {"readout": readout, **result, "nodes": nodes_of(memory, truth)}
+    return {"readout": readout, **result, "margin_m": truth.margin_m, "nodes": nodes_of(memory, truth)}
 
 
 def nodes_of(memory: ObjectMemory, truth: Truth) -> dict[str, Any]:
@@ -51,7 +54,7 @@ def nodes_of(memory: ObjectMemory, truth: Truth) -> dict[str, Any]:
     }
 
 
-def _evaluate(memory: ObjectMemory, truth: Truth, rank: Ranking) -> dict[str, Any]:
+def _evaluate(memory: ObjectMemory, truth: Truth, rank: Ranking, by_head: bool = False) -> dict[str, Any]:
     scored = [q for q in truth.queries if q.kind != ABSENT and q.findable]
     unfindable = [q for q in truth.queries if q.kind != ABSENT and not q.findable]
     rankings = {q.query: rank(q.query) for q in scored + unfindable}
@@ -62,7 +65,7 @@ def _evaluate(memory: ObjectMemory, truth: Truth, rank: Ranking) -> dict[str, An
         **_rates(scored, hits, near),
         "by_kind": {kind: _rates([q for q in scored if q.kind == kind], hits, near) for kind in kinds},
         "unfindable": _rates(unfindable, hits, near),
-        "absent": _absent(truth, rank, [rankings[q.query] for q in scored]),
+        "absent": _absent(truth, rank, [rankings[q.query] for q in scored], by_head),
         "misses": [_miss(memory, q, rankings[q.query], hits[q]) for q in scored if not any(hits[q][:1])],
     }
 
@@ -80,7 +83,7 @@ def _rates(
 
 def _right(memory: ObjectMemory, candidate: Candidate, query: TrueQuery, truth: Truth) -> bool:
     centroid = memory.objects[candidate.object_id].centroid
-    return any(truth.objects[i].contains(centroid, BOX_MARGIN_M) for i in query.accept)
+    return any(truth.objects[i].contains(centroid, truth.margin_m) for i in query.accept)
 
 
 def _near(memory: ObjectMemory, ranking: list[Candidate], query: TrueQuery, truth: Truth) -> bool:
@@ -90,14 +93,19 @@ def _near(memory: ObjectMemory, ranking: list[Candidate], query: TrueQuery, trut
     return any(truth.objects[i].horizontal_distance(centroid) <= SUCCESS_M for i in query.accept)
 
 
-def _absent(truth: Truth, rank: Ranking, present: list[list[Candidate]]) -> dict[str, Any]:
+def _absent(truth: Truth, rank: Ranking, present: list[list[Candidate]], by_head: bool) -> dict[str, Any]:
     """Nothing to find: how far the best scores stay below those of things that are there.
 
-    auc: how often a present thing's best score beats an absent one's; 1 would let a threshold tell them apart.
+    auc: how often a present thing's best score beats an absent one's; 1 would let a threshold tell them apart. Where
+    `by_head`, the score is H: that of the readout "grounded" is on the scale of each question, not of the map.
     """
+
+    def top(ranking: list[Candidate]) -> float:
+        return (ranking[0].language or 0.0) if by_head else ranking[0].score
+
     queries = [q.query for q in truth.queries if q.kind == ABSENT] + list(truth.absent_nouns)
-    tops = [ranking[0].score for query in queries if (ranking := rank(query))]
-    there = np.array([ranking[0].score for ranking in present if ranking])
+    tops = [top(ranking) for query in queries if (ranking := rank(query))]
+    there = np.array([top(ranking) for ranking in present if ranking])
     if not tops or not len(there):
         return {"queries": len(queries), "mean_top_score": None, "max_top_score": None, "auc": None}
     auc = float(np.mean(there[:, None] > np.array(tops)))

@@ -16,6 +16,7 @@ from openbelief.arrays import Array
 
 FORMAT = "openbelief.truth/1"
 ABSENT = "absent"
+BOX_MARGIN_M = 0.25  # where a truth file names none
 
 
 class TruthError(ValueError):
@@ -52,12 +53,16 @@ class TrueQuery:
 
 @dataclass(frozen=True)
 class Truth:
-    """mask_origin: (stamp_ns, mask_index) -> the true object a mask was drawn from, where that is known."""
+    """mask_origin: (stamp_ns, mask_index) -> the true object a mask was drawn from, where that is known.
+
+    margin_m: a box grown by it holds a right candidate's centroid; small where things are small and close together.
+    """
 
     objects: Mapping[int, TrueObject]
     queries: tuple[TrueQuery, ...]
     mask_origin: Mapping[tuple[int, int], int]
     absent_nouns: tuple[str, ...]
+    margin_m: float = BOX_MARGIN_M
 
 
 def read_truth(path: str | os.PathLike[str]) -> Truth:
@@ -83,7 +88,10 @@ def _parse(content: dict[str, Any]) -> Truth:
     if unknown := {i for q in queries for i in q.accept} - objects.keys():
         raise ValueError(f"a query accepts object {min(unknown)}, which is not among the objects")
     origin = {(int(stamp), int(mask)): int(true_id) for stamp, mask, true_id in content.get("mask_origin", [])}
-    return Truth(objects, queries, origin, tuple(content.get("absent_nouns", [])))
+    margin_m = float(content.get("margin_m", BOX_MARGIN_M))
+    if not (math.isfinite(margin_m) and margin_m >= 0):
+        raise ValueError(f"margin_m should be a length in metres, got {content['margin_m']!r}")
+    return Truth(objects, queries, origin, tuple(content.get("absent_nouns", [])), margin_m)
 
 
 def _parse_object(row: dict[str, Any]) -> TrueObject:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, replace
 from typing import Any
 
 from openbelief.request.words import RelationKind, WhichKind
@@ -82,6 +83,17 @@ class Request:
     def every_relation(self) -> tuple[Relation, ...]:
         own = [*self.relations, *(n.relation for n in self.negations if n.relation)]
         return (*own, *(r.of_anchor for r in own if r.of_anchor))
+
+    def with_place(self, place: str, without: Relation) -> Request:
+        """ "in X", where X turned out to be a room."""
+        return replace(self, place=place, relations=tuple(r for r in self.relations if r is not without))
+
+    def described_by(self, relation: Relation) -> Request:
+        """ "a mug with a flower pattern": where the map holds no such anchor, it describes the thing itself."""
+        rest = tuple(r for r in self.relations if r is not relation)
+        said = re.search(rf"\bwith (?:\S+ )?{re.escape(relation.anchors[0])}", self.text)
+        words = said.group() if said else f"with {relation.anchors[0]}"  # "with a flower pattern", as it was said
+        return replace(self, target=f"{self.target} {words}", relations=rest)
 
     def as_json(self) -> dict[str, Any]:
         """`understood` of `query --json` and of a trial (DESIGN.md)."""

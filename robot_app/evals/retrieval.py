@@ -1,41 +1,51 @@
 """Free-form retrieval against a TRUTH.json.
 
-R@k: one of the first k candidates has its centroid inside an accepted object's box grown by 0.25 m. SR@1m: the first
-one's centroid is within 1 m of such a box, seen from above.
+R@k: one of the first k candidates has its centroid inside an accepted object's box grown by 0.25 m, or by the truth's
+`margin_m`. SR@1m: the first one's centroid is within 1 m of such a box, seen from above. With --readout grounded also
+what doubt keeps of things that are there and refuses of absent ones; --plot draws that curve.
 """
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from robot_app.cli import Failure, print_json
+from robot_app.answers import READOUTS
+from robot_app.cli import Failure, Usage, print_json
 
 if TYPE_CHECKING:
     from openbelief.evaluation.truth import Truth
     from openbelief.memory import ObjectMemory
 
 SAME_SITE_M = 1.0  # nearer to nothing than this is no mapping error
-READOUTS = ("consensus", "early", "belief")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("memory", type=Path, metavar="SITE.belief")
     parser.add_argument("truth", type=Path, metavar="TRUTH.json")
-    parser.add_argument("--readout", choices=READOUTS, default="consensus", help="language head (default consensus)")
+    parser.add_argument("--readout", choices=READOUTS, default="consensus", help="default consensus, the paper's")
+    parser.add_argument("--rooms", type=Path, metavar="ROOMS.json", help="rooms for this evaluation, as `map --rooms`")
+    parser.add_argument("--plot", type=Path, metavar="FILE.png", help="the curve of kept and refused (grounded only)")
 
 
 def run(options: argparse.Namespace) -> None:
     from openbelief.evaluation.retrieval import evaluate
     from openbelief.evaluation.truth import TruthError, read_truth
+    from robot_app.evals.plots import plot_doubt
     from robot_app.memories import open_with_encoder
+    from robot_app.room_files import read_rooms
 
     try:
         truth = read_truth(options.truth)
     except TruthError as error:
         raise Failure(str(error)) from error
+    if options.plot and options.readout != "grounded":
+        raise Usage("--plot draws what doubt keeps and refuses: it goes with --readout grounded")
     memory = open_with_encoder(options.memory)
+    if options.rooms:
+        memory = memory.with_rooms(read_rooms(options.rooms))
     _require_same_site(memory, truth, options.truth)
     result = evaluate(memory, truth, options.readout) | {
         "memory": str(options.memory),
@@ -43,6 +53,9 @@ def run(options: argparse.Namespace) -> None:
         "content_hash": memory.content_hash,
         "parameters": memory.parameters.to_dict(),
     }
+    if options.plot:
+        plot_doubt(result, options.plot)
+        result["plot"] = str(options.plot)
     print_json(result) if options.json else _show(result)
 
 
@@ -64,6 +77,8 @@ def _show(result: dict[str, Any]) -> None:
     if absent["auc"] is not None:
         print(f"absent: {absent['queries']} queries, best score {absent['mean_top_score']:.3f} on average; a present")
         print(f"  thing scores higher than an absent one in {absent['auc']:.1%} of the pairs")
+    if "doubt" in result:
+        print("\n".join(_doubt_lines(result)))
     print(f"nodes: {nodes['nodes']} for {nodes['true_objects']} true objects")
     if nodes["purity"] is not None:
         print(f"  {nodes['nodes_per_object']:.2f} nodes per mapped object, purity {nodes['purity']:.3f}")
@@ -71,6 +86,19 @@ def _show(result: dict[str, Any]) -> None:
         first = miss["candidates"][0]["label"] if miss["candidates"] else "nothing"
         print(f"miss: {cell(miss['query'])} -> {cell(first or 'an object never named')}; {miss['because']}")
     print(f"memory {cell(result['memory'])}, content hash {result['content_hash']}")
+
+
+def _doubt_lines(result: dict[str, Any]) -> Iterator[str]:
+    """What is kept and refused, and the same at other levels of `found`."""
+    doubt, absent = result["doubt"], result.get("absent_nouns")
+    said = f"kept: {result['kept']:.0%} of the findable answered found" if result["kept"] is not None else "kept: -"
+    if absent:
+        said += f"; of {absent['queries']} absent nouns {absent['refused']:.0%} refused"
+        said += f" ({absent['unsure']:.0%} unsure, {absent['not_found']:.0%} not found)"
+    yield f"{said}, found at {doubt['found_at']:.2f}"
+    for point in doubt["curve"][::2]:
+        refused = "-" if point["refused"] is None else f"{point['refused']:.0%}"
+        yield f"  found at {point['found_at']:.2f}: kept {point['kept']:.0%}, refused {refused}"
 
 
 def _scores(result: dict[str, Any]) -> Any:

@@ -1,6 +1,8 @@
 """Rank the objects of a memory for a sentence, best first, with the evidence for each.
 
-Walls, floors and the like are left out unless they are asked for by name.
+The whole sentence counts: the thing, its place, what it stands next to, which one, and what it is not; what could not
+be used is said. --readout consensus, early or belief ranks by the paper's heads instead. Walls, floors and the like are
+left out unless they are asked for by name.
 """
 
 from __future__ import annotations
@@ -9,50 +11,72 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from robot_app.arguments import from_one
-from robot_app.cli import Failure, print_json
+from robot_app.answers import READOUTS
+from robot_app.arguments import a_pose, from_one
+from robot_app.cli import print_json
 
 if TYPE_CHECKING:
     from openbelief.memory import Candidate, ObjectMemory
+    from openbelief.request.asked import Asked
 
 EXAMPLE = 'openbelief query demo-out/site.belief "red chair"'
-READOUTS = ("consensus", "early", "belief")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("memory", type=Path, metavar="SITE.belief")
     parser.add_argument("sentence", help='what to look for, in plain words: "take me to the lamp"')
-    parser.add_argument("--readout", choices=READOUTS, default="consensus", help="language head (default consensus)")
+    parser.add_argument("--readout", choices=READOUTS, default="grounded", help="default grounded")
+    parser.add_argument(
+        "--at", type=a_pose, metavar="X,Y[,YAW]", help="where you stand, metres and degrees: for 'nearest' and 'left'"
+    )
     parser.add_argument(
         "--limit", type=from_one, default=10, metavar="N", help="show at most N candidates (default 10)"
     )
 
 
 def run(options: argparse.Namespace) -> None:
-    from openbelief.target_phrase import target_phrase
+    from robot_app.answers import request_of
     from robot_app.memories import open_with_encoder
 
-    try:
-        target = target_phrase(options.sentence)
-    except ValueError as error:
-        raise Failure(str(error)) from error
+    request = request_of(options.sentence)
     memory = open_with_encoder(options.memory)
-    ranked = memory.rank(options.sentence, options.readout, limit=options.limit + 1)  # one more for the margin
-    candidates = ranked[: options.limit]
+    asked = memory.asked(request)
+    grounded = options.readout == "grounded"
     report = {
         "query": options.sentence,
-        "target": target.text,
-        "place": target.place,
+        "target": request.target if grounded else request.text,
         "readout": options.readout,
         "memory": str(options.memory),
         "content_hash": memory.content_hash,
         "state_hash": memory.state_hash,
-        "margin": ranked[0].score - ranked[1].score if len(ranked) > 1 else None,
-        "candidates": [describe(memory, candidate) for candidate in candidates],
     }
-    if not candidates:
-        report["because"] = memory.nothing_because(options.sentence)
+    report |= _grounded(memory, asked, options) if grounded else _paper(memory, asked, options)
     print_json(report) if options.json else _show(report)
+
+
+def _grounded(memory: ObjectMemory, asked: Asked, options: argparse.Namespace) -> dict[str, Any]:
+    from openbelief.retrieval import Candidate
+    from robot_app.answers import answer_as_json, terms_as_json
+
+    answer = memory.answer(asked, limit=options.limit + 1, viewer=options.at)  # one more for the margin
+    rows = [
+        describe(memory, Candidate(c.object_id, c.score, c.visual, c.head)) | terms_as_json(c)
+        for c in answer.candidates
+    ]
+    return answer_as_json(memory, answer, asked) | _candidates(rows, options.limit)
+
+
+def _paper(memory: ObjectMemory, asked: Asked, options: argparse.Namespace) -> dict[str, Any]:
+    ranked = memory.rank(asked, options.readout, limit=options.limit + 1)
+    report: dict[str, Any] = {"answer": None, "understood": asked.request.as_json()}
+    if not ranked:
+        report["because"] = memory.nothing_because(asked)
+    return report | _candidates([describe(memory, candidate) for candidate in ranked], options.limit)
+
+
+def _candidates(rows: list[dict[str, Any]], limit: int) -> dict[str, Any]:
+    margin = rows[0]["score"] - rows[1]["score"] if len(rows) > 1 else None
+    return {"margin": margin, "candidates": rows[:limit]}
 
 
 def describe(memory: ObjectMemory, candidate: Candidate) -> dict[str, Any]:
@@ -77,18 +101,25 @@ def describe(memory: ObjectMemory, candidate: Candidate) -> dict[str, Any]:
 def _show(report: dict[str, Any]) -> None:
     from rich.table import Table
 
+    from openbelief.phrase import printable
+    from robot_app.answers import told
     from robot_app.tables import cell, number, show
 
-    if "because" in report:
+    if not report["candidates"]:
         print(f"No candidate: {report['because']}.")
         return
+    if report["answer"]:
+        print("\n".join(printable(line, 400) for line in told(report)))
     table = Table(title=cell(f"{report['target']} ({report['readout']})"), title_justify="left")
-    for name in ("object", "score", "visual", "language"):
+    added = list(report["candidates"][0].get("terms", ()))  # what the parts of the sentence added
+    shown = [name for name in added if name == "thing" or any(c["terms"][name] for c in report["candidates"])]
+    for name in ("object", "score", *shown, "visual", "language"):
         table.add_column(name, justify="right")
     for name in ("label", "room", "trust", "seen", "centre (m)", "said of it"):
         table.add_column(name)
     for c in report["candidates"]:
-        numbers = [str(c["object_id"]), *(number(c[k]) for k in ("score", "visual", "language"))]
+        terms = [number(c["terms"][name], 2) for name in shown]
+        numbers = [str(c["object_id"]), number(c["score"]), *terms, *(number(c[k]) for k in ("visual", "language"))]
         centre = " ".join(f"{x:.2f}" for x in c["centroid"])
         seen = f"{c['observations']} x in {c['frames']} frames"
         words = [cell(c["label"] or "-"), cell(c["room"] or "-"), c["trust"], seen, centre]

@@ -112,3 +112,30 @@ def test_a_truth_that_is_none_is_refused(tmp_path):
     for path in (tmp_path / "truth.json", tmp_path / "missing.json"):
         with pytest.raises(TruthError, match="json"):
             read_truth(path)
+
+
+def test_a_margin_in_the_truth_file_is_obeyed(memory, truth):
+    """The cup's centroid lies 0.15 m outside this box."""
+    near = {"objects": [{"id": 7, "label": "lamp", "aabb": box(0)}, {"id": 8, "label": "cup", "aabb": box(5.5)}]}
+    assert evaluate(memory, read_truth(truth(**near)))["r_at_1"] == 1.0
+    tight = evaluate(memory, read_truth(truth(margin_m=0.1, **near)))
+    assert tight["r_at_1"] == 0.5 and tight["margin_m"] == 0.1 and tight["sr_at_1m"] == 1.0
+    for wrong in (-0.1, "wide", [1]):
+        with pytest.raises(TruthError, match=r"^[^\n]*$"):
+            read_truth(truth(margin_m=wrong))
+
+
+def test_grounded_says_what_doubt_keeps_and_refuses(memory, truth):
+    """These words are unlike each other, so what is there is found and what is not is not."""
+    result = evaluate(memory, read_truth(truth(absent_nouns=["tuba", "yurt"])), "grounded")
+    assert result["readout"] == "grounded" and result["queries"] == 2 and result["kept"] == 1.0
+    assert result["absent_nouns"] == {"queries": 2, "refused": 1.0, "unsure": 0.0, "not_found": 1.0}
+    kept = [point["kept"] for point in result["doubt"]["curve"]]
+    assert kept == sorted(kept, reverse=True) and result["absent"]["auc"] == 1.0
+    json.dumps(result, allow_nan=False)
+
+
+def test_without_absent_nouns_nothing_is_said_of_them(memory, truth):
+    result = evaluate(memory, read_truth(truth()), "grounded")
+    assert "absent_nouns" not in result and result["kept"] == 1.0
+    assert "kept" not in evaluate(memory, read_truth(truth()))

@@ -44,11 +44,44 @@ def answer(capsys, *arguments):
 def test_query_ranks_with_the_evidence_for_each(memory, capsys):
     result = answer(capsys, "query", memory, "take me to the lamp, please?", "--limit", 2)
     assert result["query"] == "take me to the lamp, please?" and result["target"] == "lamp"
-    assert result["readout"] == "consensus" and result["memory"] == str(memory)
+    assert result["readout"] == "grounded" and result["memory"] == str(memory) and result["answer"] == "found"
+    assert result["understood"]["target"] == "lamp" and result["understood"]["unused"] == []
+    assert set(result["candidates"][0]["terms"]) == {"thing", "place", "relation", "not", "which"}
     best = result["candidates"][0]
     assert len(result["candidates"]) == 2 and best["object_id"] == 1 and best["phrases"] == ["floor lamp"]
     assert set(best) >= {"score", "visual", "language", "label", "trust", "centroid", "aabb", "room"}
     assert best["room"] is None and np.shape(best["aabb"]) == (2, 3) and len(best["centroid"]) == 3
+
+
+def test_the_papers_readouts_answer_as_they_do_and_know_no_doubt(memory, capsys):
+    result = answer(capsys, "query", memory, "take me to the lamp", "--readout", "consensus")
+    assert result["readout"] == "consensus" and result["answer"] is None and result["understood"]["target"] == "lamp"
+    opened = ObjectMemory.open(memory, SentenceEncoder())
+    scores = [c["score"] for c in result["candidates"]]
+    assert scores == pytest.approx([c.score for c in opened.rank("take me to the lamp")])
+
+
+def test_what_is_not_there_is_said_with_the_nearest_and_what_consensus_would_have_answered(memory, capsys):
+    result = answer(capsys, "query", memory, "the saxophone in the attic")
+    assert result["answer"] == "not found" and len(result["offers"]) == 3
+    assert result["understood"]["unused"] == ["attic"] and result["consensus"]["object_id"] in {0, 1, 2}
+    assert main(["query", str(memory), "the saxophone in the attic"]) == 0
+    shown = capsys.readouterr().out
+    assert "Not found: " in shown and "The nearest are: " in shown and "Not used: attic." in shown
+
+
+@pytest.mark.parametrize("sentence", ["stop", "please come back", "help"])
+def test_a_command_is_no_query(memory, capsys, sentence):
+    assert main(["query", str(memory), sentence]) == 1
+    assert "is the command" in capsys.readouterr().err
+
+
+def test_query_knows_where_the_operator_stands(memory, capsys):
+    assert answer(capsys, "query", memory, "the nearest lamp", "--at", "0,0,90")["notes"] == []
+    assert answer(capsys, "query", memory, "the nearest lamp")["understood"]["unused"] == ["nearest"]
+    with pytest.raises(SystemExit) as ended:
+        main(["query", str(memory), "lamp", "--at", "here"])
+    assert ended.value.code == 2 and "X,Y" in capsys.readouterr().err
 
 
 def test_why_shows_every_phrase_weight_frame_and_mask(memory, capsys, tmp_path):
@@ -96,7 +129,7 @@ def test_a_setting_that_is_none_is_wrong_usage(memory, capsys, tmp_path, change)
 ROOMS = [{"name": "west", "polygon": [[-1, -1], [1, -1], [1, 1], [-1, 1]]}]
 
 
-def test_rooms_are_given_to_a_finished_memory_shown_by_query_and_why_and_rank_nothing(memory, capsys, tmp_path):
+def test_rooms_are_given_to_a_finished_memory_shown_by_query_and_why(memory, capsys, tmp_path):
     (tmp_path / "truth.json").write_text(json.dumps({"format": "openbelief.truth/1", "rooms": ROOMS}))
     new = tmp_path / "new.belief"
     result = answer(capsys, "rebuild", memory, "-o", new, "--rooms", tmp_path / "truth.json")

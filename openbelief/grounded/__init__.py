@@ -1,0 +1,1 @@
+"""The readout `grounded` and what belongs to it: ours, beside the paper's three. All is computed at read time."""

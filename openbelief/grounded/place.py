@@ -1,0 +1,154 @@
+"""Where the sentence says: given rooms decide, derived rooms and what stands around an object only weigh."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from openbelief.arrays import Array
+from openbelief.grounded.options import GroundedOptions
+from openbelief.grounded.place_hints import HINTS
+from openbelief.grounded.table import MapTable
+from openbelief.grounded.thing import standardised
+from openbelief.polygon import inside
+from openbelief.request.asked import Asked
+from openbelief.request.places import kind_of_place
+from openbelief.rooms import Room
+
+CELL_M, CELLS_MAX = 0.5, 4_000_000
+LEAST_SPREAD = 1e-6  # of the place scores over the map
+STOREY_M = 3.0  # things of another storey say nothing about a room
+
+
+@dataclass(frozen=True, eq=False)
+class PlaceScores:
+    """score: (n,) the term. inside: (n,) in [0, 1], how much each node is there. known: False where it says nothing.
+
+    note: what the operator is told about the place, "" where there is nothing to tell.
+    """
+
+    score: Array
+    inside: Array
+    known: bool = True
+    note: str = ""
+
+
+def place_scores(
+    table: MapTable, rooms: Sequence[Room], place: str, inferred: Callable[[], Array], options: GroundedOptions
+) -> PlaceScores:
+    """0 inside and -given_weight outside a given room; without given rooms a log-probability of the kind of place.
+
+    inferred: `inferred_places`, asked for only where no room was given.
+    """
+    given = [room for room in rooms if room.given]
+    if given:
+        return _in_given(table, given, place, options)
+    kind = kind_of_place(place)
+    derived = [room for room in rooms if _means(room.name, place)]
+    if kind is None and not derived:
+        note = f"where {place!r} is cannot be told from what stands there: give the memory rooms"
+        return PlaceScores(np.zeros(len(table)), np.ones(len(table)), False, note)
+    return _soft(table, derived, kind, inferred, options)
+
+
+def _soft(
+    table: MapTable, derived: Sequence[Room], kind: str | None, inferred: Callable[[], Array], options: GroundedOptions
+) -> PlaceScores:
+    score, likely = np.zeros(len(table)), np.zeros(len(table))
+    if kind is not None:
+        likely = np.exp(inferred()[:, list(HINTS).index(kind)])
+        score = options.inferred_weight * np.log(options.place_floor + likely)
+    if derived:
+        within = _contained(table.centroid, derived, options.room_slack_m)
+        score, likely = score + options.derived_weight * (within - 1.0), np.maximum(likely, within)
+    return PlaceScores(score, likely)
+
+
+def is_room_of(rooms: Sequence[Room], place: str) -> bool:
+    """Whether some room goes by this name."""
+    return any(_means(room.name, place) for room in rooms)
+
+
+def _in_given(table: MapTable, rooms: Sequence[Room], place: str, options: GroundedOptions) -> PlaceScores:
+    meant = [room for room in rooms if _means(room.name, place)]
+    if not meant:
+        names = ", ".join(dict.fromkeys(room.name for room in rooms))
+        note = f"there is no room called {place!r}; the rooms are {names}"
+        return PlaceScores(np.zeros(len(table)), np.ones(len(table)), False, note)
+    within = _contained(table.centroid, meant, 0.0)
+    elsewhere = _contained(table.centroid, [room for room in rooms if room not in meant], 0.0)
+    beside = _contained(table.centroid, meant, options.room_slack_m) * (1.0 - elsewhere)
+    held = np.maximum(within, beside)
+    return PlaceScores(options.given_weight * (held - 1.0), held)
+
+
+def _means(room: str, place: str) -> bool:
+    """ "bedroom 2" is a bedroom, "the corridor" a hallway."""
+    name, asked = room.lower(), place.lower()
+    kind = kind_of_place(asked)
+    shorter = name.rstrip(" 0123456789.-#")
+    return name == asked or shorter == asked or (kind is not None and kind_of_place(shorter) == kind)
+
+
+def _contained(points: Array, rooms: Sequence[Room], slack_m: float) -> Array:
+    """(n,) 1.0 where a room holds the point, or the point moved by the slack to any of four sides."""
+    held = np.zeros(len(points))
+    moves = [(0.0, 0.0)] if slack_m == 0 else [(slack_m, 0.0), (-slack_m, 0.0), (0.0, slack_m), (0.0, -slack_m)]
+    for room in rooms:
+        low, high = room.heights_m or (-np.inf, np.inf)
+        there = (points[:, 2] >= low) & (points[:, 2] < high)
+        for move in moves:
+            held = np.maximum(held, there & inside(points[:, :2] + np.array(move), room.polygon_xy))
+    return held
+
+
+def inferred_places(table: MapTable, asked: Asked, options: GroundedOptions) -> Array:
+    """(n, places) log-softmax over the kinds of place of the standardised T log sum_j K_ij exp(a_j / T).
+
+    a_j: the likeness of node j's consensus to the most typical thing of the place. K: Gaussian of the distance seen
+    from above, on cells, so that the work is linear in the map.
+    """
+    T = options.place_temperature
+    likeness = np.stack([_most_like(table, asked.of(things)) for things in HINTS.values()], axis=1)
+    counted = table.spoken & ~table.background
+    weighed = np.exp(likeness / T) * counted[:, None]
+    spread = _spread_out(table.centroid, weighed, options.place_radius_m)
+    logs = T * np.log(spread + 1e-12)
+    logs = np.stack([standardised(column, ~table.background, LEAST_SPREAD) for column in logs.T], axis=1)
+    logs -= logs.max(axis=1, keepdims=True)
+    return logs - np.log(np.exp(logs).sum(axis=1, keepdims=True))
+
+
+def _most_like(table: MapTable, things: Array) -> Array:
+    """(n,) the best cosine of each node's consensus with one of the (k, d) things."""
+    alike = (table.bare_vectors @ things.T.astype(np.float32)).astype(np.float64)  # (U, k)
+    best = np.full(len(table), -1.0)
+    spoken = table.spoken
+    for column in alike.T:
+        mean = table.of_rows(table.belief * column[table.phrase])
+        best[spoken] = np.maximum(best[spoken], mean[spoken] / table.bare_length[spoken])
+    return best
+
+
+def _spread_out(points: Array, values: Array, radius_m: float) -> Array:
+    """(n, k) values summed over all points of a storey with a Gaussian of the distance, at each point."""
+    from scipy.ndimage import gaussian_filter
+
+    cell = CELL_M
+    low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
+    while np.prod((high - low) / cell + 1) > CELLS_MAX:
+        cell *= 2
+    storey = np.floor((points[:, 2] - points[:, 2].min()) / STOREY_M).astype(int)
+    out = np.zeros_like(values)
+    for level in np.unique(storey):
+        mine = storey == level
+        at = np.floor((points[mine, :2] - low) / cell).astype(int)
+        shape = tuple(np.floor((high - low) / cell).astype(int) + 1)
+        for k in range(values.shape[1]):
+            grid = np.zeros(shape)
+            np.add.at(grid, (at[:, 0], at[:, 1]), values[mine, k])
+            smooth = gaussian_filter(grid, radius_m / cell, mode="constant", truncate=3.0)
+            out[mine, k] = smooth[at[:, 0], at[:, 1]]
+    return out

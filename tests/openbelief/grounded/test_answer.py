@@ -1,0 +1,89 @@
+"""Found, unsure or not found, and what the operator is told about it."""
+
+from __future__ import annotations
+
+import pytest
+
+from openbelief.rooms import Room
+
+KITCHEN = Room("kitchen", [[0, 0], [5, 0], [5, 5], [0, 5]])
+OFFICE = Room("office", [[5, 0], [10, 0], [10, 5], [5, 5]])
+
+
+@pytest.fixture
+def memory(site):
+    site.add("toaster", (1, 1))
+    site.add("kitchen cabinet", (2, 1), (1.0, 0.6, 0.9))
+    site.add("printer", (7, 1))
+    site.add(["office chair", "swivel chair"], (8, 2))
+    site.add("desk", (8, 3), (1.2, 0.6, 0.7))
+    return site.memory()
+
+
+def test_what_is_there_is_found(memory):
+    answer = memory.answer("take me to the toaster")
+    assert (answer.answer, answer.because, answer.candidates[0].object_id) == ("found", "", 0)
+    assert answer.understood["target"] == "toaster" and answer.did_you_mean == ()
+
+
+def test_what_is_not_there_is_not_found_and_the_three_nearest_are_offered(memory):
+    answer = memory.answer("find the saxophone")
+    assert answer.answer == "not found" and "saxophone" in answer.because
+    assert len(answer.offers) == 3 and len(set(answer.offers)) == 3
+
+
+def test_a_thing_that_stands_elsewhere_is_not_found_in_the_room_that_was_asked_for(memory):
+    answer = memory.with_rooms([KITCHEN, OFFICE]).answer("the toaster in the office")
+    assert answer.answer == "not found" and "in the office" in answer.because
+    assert answer.offers[0] == 0  # the toaster, in the kitchen
+
+
+def test_a_room_that_does_not_exist_is_said_and_makes_it_unsure(memory):
+    answer = memory.with_rooms([KITCHEN, OFFICE]).answer("the toaster in the attic")
+    assert answer.answer == "unsure" and answer.understood["unused"] == ["attic"]
+    assert "no room called 'attic'" in answer.because and "kitchen, office" in answer.because
+
+
+def test_an_anchor_that_is_not_on_the_map_is_said_and_makes_it_unsure(memory):
+    answer = memory.answer("the printer next to the aquarium")
+    assert answer.answer == "unsure" and answer.candidates[0].object_id == 2
+    assert answer.understood["unused"] == ["aquarium"]
+
+
+def test_a_relation_that_does_not_hold_makes_it_unsure(memory):
+    answer = memory.answer("the toaster on the desk")
+    assert answer.answer == "unsure" and "on desk" in answer.because
+
+
+def test_a_second_one_where_there_is_only_one_makes_it_unsure(memory):
+    answer = memory.answer("the second toaster")
+    assert answer.answer == "unsure" and "only 1" in answer.because
+
+
+def test_only_what_is_not_wanted_is_not_found(site):
+    site.add(["red chair", "red chair", "chair"], (0, 0))
+    site.add("piano", (5, 0))
+    answer = site.memory().answer("a chair, but not the red one")
+    assert answer.answer == "not found"
+
+
+def test_a_word_of_manner_is_reported_and_changes_nothing(memory):
+    answer = memory.answer("go to the toaster quickly")
+    assert answer.answer == "found" and answer.understood["unused"] == ["quickly"]
+
+
+@pytest.mark.parametrize(("typed", "meant"), [("find the toastre", "toaster"), ("the prniter", "printer")])
+def test_a_misspelt_word_is_offered_and_never_applied(memory, typed, meant):
+    answer = memory.answer(typed)
+    assert answer.answer != "found" and answer.did_you_mean[0] == meant
+    assert answer.understood["target"] == typed.split()[-1]
+
+
+def test_a_known_word_that_is_near_a_phrase_is_no_misspelling(memory):
+    assert memory.answer("the poster").did_you_mean == ()
+
+
+def test_every_part_of_the_sentence_says_what_it_added(memory):
+    best = memory.with_rooms([KITCHEN, OFFICE]).answer("the printer in the office next to the desk").candidates[0]
+    assert set(best.terms) == {"thing", "place", "relation", "not", "which"}
+    assert best.score == pytest.approx(sum(best.terms.values()))
