@@ -46,8 +46,11 @@ class Clauses:
         for one in (self._side, self._ranked_anchor, self._aside, self._superlative, self._told, self._refinement):
             if one():
                 return
-        self.unused += cursor.segment() or [cursor.tokens[cursor.at]][: cursor.word is not None]
-        cursor.at += cursor.word is not None and not cursor.begins(cursor.at)
+        before = cursor.at
+        self.unused += cursor.segment()
+        if cursor.at == before:  # nothing can be made of this word
+            self.unused += cursor.rest[:1]
+            cursor.at += 1
 
     def _told(self) -> bool:
         """A negation, a place or a relation; "that is" and the like before it say nothing more."""
