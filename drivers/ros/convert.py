@@ -20,6 +20,7 @@ from openbelief.observation import Intrinsics
 from openbelief.pose import Pose2, quaternion_xyzw, transform
 from openbelief.traversability import OccupancyGrid
 
+FAR_M = 1e6
 ALIGNED_RAD = 1e-3  # a grid turned by less against the map axes counts as aligned
 
 
@@ -162,6 +163,7 @@ def grid_of(message: Message) -> OccupancyGrid:
     if message.data.min() < -1 or message.data.max() > 100:
         raise WireError("The cells of a map should be -1 to 100.")
     origin = (float(info.origin.position.x), float(info.origin.position.y))
+    _require_near(*origin)
     cells = message.data.reshape(info.height, info.width).astype(np.int8)
     return OccupancyGrid(cells, float(str(np.float32(info.resolution))), origin, stamp_to_ns(message.header.stamp))
 
@@ -204,6 +206,7 @@ def pose_of(message: Message) -> Pose2:
     """Pose2 of a geometry_msgs/PoseStamped in the map frame."""
     require_map_frame(message.header.frame_id, "A pose")
     position = message.pose.position
+    _require_near(position.x, position.y)
     return Pose2(float(position.x), float(position.y), _yaw(message.pose.orientation))
 
 
@@ -215,13 +218,21 @@ def pose_message(pose: Pose2, stamp_ns: int = 0) -> Message:
 def path_of(message: Message) -> Array:
     """(n, 2) float64, map frame, metres, of a nav_msgs/Path."""
     require_map_frame(message.header.frame_id, "A path")
-    return np.array([[p.pose.position.x, p.pose.position.y] for p in message.poses], dtype=float).reshape(-1, 2)
+    points = np.array([[p.pose.position.x, p.pose.position.y] for p in message.poses], dtype=float).reshape(-1, 2)
+    _require_near(*points.ravel())
+    return points
 
 
 def path_message(path_xy: Array, stamp_ns: int) -> Message:
     """nav_msgs/Path of (n, 2) points, frame `map`."""
     poses = [pose_message(Pose2(float(x), float(y), 0.0), stamp_ns) for x, y in path_xy]
     return make("nav_msgs/msg/Path", header=header(stamp_ns, "map"), poses=poses)
+
+
+def _require_near(*metres: float) -> None:
+    """Sums and squares of numbers beyond any site overflow where nobody looks for it."""
+    if max(map(abs, metres), default=0.0) > FAR_M:
+        raise WireError(f"A position of {max(map(abs, metres)):g} m is on no map.")
 
 
 def require_map_frame(frame_id: str, what: str) -> None:
