@@ -41,9 +41,16 @@ class Usage(Failure):
     """A command line that asks for what does not go together, exit status 2."""
 
 
+def shown(sentence: str) -> str:
+    """A sentence that may quote a file, a wire or an operator: nothing in it moves the cursor or forges a line."""
+    from logs.structured import neutralise
+
+    return neutralise(sentence)
+
+
 class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
-        self.exit(2, f"openbelief: {message}{_quotes(message)}\nTry '{self.prog} --help'.\n")
+        self.exit(2, f"openbelief: {shown(message)}{shown(_quotes(message))}\nTry '{self.prog} --help'.\n")
 
 
 def _quotes(message: str) -> str:
@@ -129,7 +136,7 @@ def _ended(error: BaseException, verb: str | None) -> int:
         print(f"{name}: stopped by the user", file=sys.stderr)
         return 130
     if isinstance(error, Failure):
-        print(f"{name}: {error}", file=sys.stderr)
+        print(f"{name}: {shown(str(error))}", file=sys.stderr)
         return 1
     if isinstance(error, BrokenPipeError):
         return 1

@@ -12,6 +12,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, ProgressColumn, Task, T
 from rich.progress import Progress as Bar
 from rich.text import Text
 
+from logs.structured import neutralise
+
 LINE_EVERY_S = 5.0
 
 
@@ -40,7 +42,7 @@ class BarProgress:
         self._bar.update(self._tasks[recording], completed=done, description=said)  # type: ignore[arg-type]  # a NewType of int
 
     def step(self, sentence: str) -> None:
-        self._bar.console.print(f"{sentence} ...", highlight=False, markup=False)
+        self._bar.console.print(f"{neutralise(sentence)} ...", highlight=False, markup=False)
 
     def __enter__(self) -> BarProgress:
         self._bar.start()
@@ -72,7 +74,7 @@ class LineProgress:
         self.step(f"{recording}: {done}{f' of {total}' if total else ''} frames{speed}{left}{stages}")
 
     def step(self, sentence: str) -> None:
-        print(sentence, file=sys.stderr, flush=True)
+        print(neutralise(sentence), file=sys.stderr, flush=True)
 
     def __enter__(self) -> LineProgress:
         return self

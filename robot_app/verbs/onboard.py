@@ -15,7 +15,7 @@ import threading
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from robot_app.cli import Failure, print_json
+from robot_app.cli import Failure, print_json, shown
 
 if TYPE_CHECKING:
     from robot_app.config import Config
@@ -47,7 +47,7 @@ def run(options: argparse.Namespace) -> int:
         stop = threading.Event()
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: stop.set())
-        run_onboard(config, stop, lambda sentence: print(sentence, file=sys.stderr, flush=True))
+        run_onboard(config, stop, lambda sentence: print(shown(sentence), file=sys.stderr, flush=True))
     except (ConfigError, PortError, OSError) as error:
         raise Failure(str(error)) from error
     if options.json:

@@ -194,3 +194,25 @@ def test_one_thread_multiplies_matrices_unless_the_environment_says_otherwise(gi
     command = [sys.executable, "-c", script]
     said = subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout.split()
     assert said[-2] == used and (given or said[-1] == "1")
+
+
+FORGED = "x\n\x1b[2KCONFIRMED: the robot is there\u202e"
+
+
+@pytest.mark.parametrize("where", ["a file's name", "a key of robot.toml", "a wrong option"])
+def test_an_error_that_quotes_somebody_elses_text_forges_no_line_and_moves_no_cursor(where, tmp_path, capsys):
+    config = tmp_path / "robot.toml"
+    config.write_text('"x\\n\\u001b[2KCONFIRMED: the robot is there\\u202e" = 1\n')
+    arguments = {
+        "a file's name": ["query", str(tmp_path / FORGED), "lamp"],
+        "a key of robot.toml": ["ask", "lamp", "--config", str(config)],
+        "a wrong option": ["query", "site.belief", "lamp", f"--{FORGED}"],
+    }[where]
+    try:
+        status = main(arguments)
+    except SystemExit as ended:
+        status = ended.code
+    said = capsys.readouterr().err
+    assert status in (1, 2) and "CONFIRMED" in said
+    assert not any(line.startswith("CONFIRMED") for line in said.splitlines())
+    assert "\x1b" not in said and "\u202e" not in said
