@@ -1,6 +1,7 @@
 """A model's reply read tolerantly (lines, bullets, numbers, JSON, fences, thoughts) and cleaned strictly.
 
-Whatever the reply says, it is data: phrases of bounded number and length come out, and nothing in them is acted on.
+A refusal or a description in sentences has no phrases in it. Whatever the reply says, it is data: phrases of bounded
+number and length come out, and nothing in them is acted on.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from openbelief.perception.vlm_prompt import MAX_PHRASES
+from openbelief.perception.vlm_prose import is_prose
 from openbelief.phrase import MAX_CHARACTERS, MAX_WORDS, clean, comparable
 
 MAX_REPLY_CHARACTERS = 20_000
@@ -93,7 +95,7 @@ def _line_items(text: str, cut: bool) -> list[str]:
         lines = lines[:-1]
     items = [BULLET.sub("", line) for line in lines if not line.rstrip(" *_").endswith(":")]  # "Objects I can see:"
     if len(items) == 1:
-        return re.split(r"[,;]", items[0])
+        return [] if is_prose(items[0]) else re.split(r"[,;]", items[0])
     return [re.split(r":\s", item)[0] for item in items]  # "chair: a wooden one by the wall"
 
 
@@ -101,7 +103,7 @@ def _distinct(items: list[str]) -> list[str]:
     """Cleaned, without doubles, at most MAX_PHRASES."""
     phrases: dict[str, str] = {}
     for item in items:
-        phrase = _phrase(item)
+        phrase = None if is_prose(item) else _phrase(item)
         key = comparable(phrase)
         if phrase and key and key not in NOTHING_SEEN:
             phrases.setdefault(key, phrase)

@@ -57,7 +57,7 @@ def test_parts_are_found_beside_the_profile(profile, start_vlm, monkeypatch):
     profile.write_text(PROFILE.replace("http://127.0.0.1:8000/v1", start_vlm().endpoint))
     perception, _ = open_profile(str(profile), NoClock(), print)
     perception.close()
-    assert perception.id.startswith("paper[vlm stand-in-vl, prompt 1 (")
+    assert perception.id.startswith("paper[vlm stand-in-vl, prompt 2 (")
     assert perception.id.count("recorded:walk.perception.jsonl@") == 2
     assert isinstance(text_encoder_of(f"paper:{profile}"), SentenceEncoder)
 

@@ -150,3 +150,53 @@ def test_no_json_breaks_the_reader(value: object):
 def test_deep_nesting_does_not_exhaust_the_stack():
     with pytest.raises(Garbage):
         phrases_of("[" * 20_000)
+
+
+REFUSALS = [
+    "I'm sorry, but I can't help with that.",
+    "I’m sorry, I cannot assist with that request.",
+    "Sorry, I can't identify people in images.",
+    "Unfortunately, I am unable to view images.",
+    "I cannot identify the people.\nPlease provide another image.",
+    "As an AI language model, I don't have access to images.",
+    "This image violates our content policy, so it is not described.",
+    "No image provided.",
+    "[\"I'm sorry, but I can't help with that.\"]",
+    '{"error": "I cannot help with that"}',
+    "对不起，我无法协助。",
+    "Es tut mir leid, aber ich kann dabei nicht helfen.",
+    "Lo siento, no puedo ayudar con eso.",
+]
+PROSE = [
+    "The image shows a living room with a chair, a lamp and a cup.",
+    "In this image, I can see a chair, a lamp, and a cup on the table.",
+    "There is a chair next to the table, and a lamp behind it.",
+    "It's a kitchen; the cups are red.",
+    "I see a chair. It is brown.",
+]
+
+
+@pytest.mark.parametrize("reply", [*REFUSALS, *PROSE])
+def test_a_refusal_or_prose_has_no_phrases(reply: str):
+    with pytest.raises(Garbage):
+        phrases_of(reply)
+
+
+@pytest.mark.parametrize(
+    "reply",
+    [
+        "I cannot identify people, but here are the objects.\n- a chair\n- floor lamp\n- red cup",
+        "Sure\na chair\nfloor lamp\nred cup",
+        "a chair\nfloor lamp\nred cup\nPlease note that the image is dark.",
+        '["a chair", "floor lamp", "red cup", "I cannot see more"]',
+    ],
+)
+def test_a_list_keeps_its_phrases_beside_a_refusal(reply: str):
+    assert phrases_of(reply) == LAMP
+
+
+@pytest.mark.parametrize(
+    "phrase", ["picture frame", "no-parking sign", "trash can", "iron", "office island", "thank-you card"]
+)
+def test_a_name_that_only_looks_like_a_sentence_stays(phrase: str):
+    assert phrases_of(f"{phrase}\nchair") == [phrase, "chair"]

@@ -75,7 +75,7 @@ def test_the_memory_keeps_the_prompt_and_the_model(walk, answers, start_vlm, tmp
     mapped(walk, profile(tmp_path, start_vlm(answers=answers).endpoint), capsys)
     about = ObjectMemory.open(tmp_path / "site.belief").about
     assert about["perception_about"][0]["phrases"]["prompt"] == PROMPT
-    assert about["perception"][0].startswith("paper[vlm stand-in-vl, prompt 1 (")
+    assert about["perception"][0].startswith("paper[vlm stand-in-vl, prompt 2 (")
 
 
 def test_a_server_that_dies_and_comes_back_loses_nothing(walk, answers, start_vlm, tmp_path, capsys):
