@@ -7,6 +7,7 @@ bounded, and a reader that stalls costs images, counted as `no_slot`, never a wa
 from __future__ import annotations
 
 import os
+import platform
 import queue
 import signal
 import threading
@@ -95,7 +96,17 @@ def camera_process(
     except CameraGone as gone:
         connection.send(ProcessEnded(str(gone), permanent=isinstance(gone, CameraRefused)))
     except ImportError as error:
-        connection.send(ProcessEnded(f"librealsense cannot be loaded ({error}): run `make setup`.", permanent=True))
+        said = f"librealsense cannot be loaded ({error}): {_how_to_get_it()}."
+        connection.send(ProcessEnded(said, permanent=True))
+
+
+def _how_to_get_it() -> str:
+    """pyrealsense2 has wheels of this Python for x86_64 alone."""
+    if platform.machine() == "x86_64":
+        return "run `make setup`"
+    return (
+        "there is no wheel for this machine: take the RealSense's ROS node, or build its Python binding (docs/robot.md)"
+    )
 
 
 def _listen(connection: Connection, order: Callable[[Any], None]) -> None:
