@@ -15,7 +15,7 @@ from openbelief.parameters import Parameters
 from openbelief.voxel_grid import Grid, table
 
 ROUNDING_M = 1e-6  # voxels exactly eps apart are neighbours, wherever the origin of the map lies
-FACES = np.eye(3, dtype=np.int64)  # half of the steps to what shares a face: edges go both ways
+FACES = np.concatenate((np.eye(3, dtype=np.int64), -np.eye(3, dtype=np.int64)))
 MAX_REACH = 40  # voxels: more than 250 000 would lie around each
 FIRST_LOOK = 8  # this part of the ball shows most dense voxels to be dense
 
@@ -65,7 +65,7 @@ def reach_of(eps_m: float, voxel_m: float) -> Reach:
     side = max(sides, default=1)
     least = np.maximum(side * np.abs(steps) - (side - 1), 0)  # voxels along each axis from cube to cube
     ball, shell = (steps[(apart**2).sum(axis=1) <= squared] for apart in (steps, least))
-    return Reach(ball, side, FACES[: 3 * bool(sides)], shell)
+    return Reach(ball, side, FACES[: 6 * bool(sides)], shell)
 
 
 class _Near:
@@ -77,16 +77,19 @@ class _Near:
         self._voxels = stack.enter_context(table(grid, grid.flat(voxels.steps)))
         cells, self._cube = _distinct(coarse.flat(cubes))
         self._cubes = stack.enter_context(table(coarse, cells))
-        self._ball = grid.flat_steps(reach.ball)
-        self._faces, self._shell = coarse.flat_steps(reach.faces), coarse.flat_steps(reach.shell)
+        self._ball, self._shell = grid.flat_steps(reach.ball), coarse.flat_steps(reach.shell)
+        self._cubes.fill(np.arange(1, len(cells) + 1))
+        beside = list(self._cubes.around(slice(None), coarse.flat_steps(reach.faces)))
+        self._beside = np.concatenate([np.zeros((0, len(cells)), np.int32), *beside]).T  # (c, f), from 1, 0 for none
 
     def core(self, min_points: int) -> Array:
         """(k,) bool: at least so many points within eps of a voxel, its own included."""
         dense = self._points_at_least() >= min_points
         core = dense[self._cube]
         self._voxels.fill(self._counts)
-        left, points = np.flatnonzero(~core), np.zeros(int((~core).sum()), np.int64)
-        for steps in np.split(self._ball, [len(self._ball) // FIRST_LOOK]):
+        left, first = np.flatnonzero(~core), len(self._ball) // FIRST_LOOK
+        points = np.zeros(len(left), np.int64)
+        for steps in (self._ball[:first], self._ball[first:]):
             for held in self._voxels.around(left, steps):
                 points += held.sum(axis=0)
             core[left] = points >= min_points
@@ -95,11 +98,9 @@ class _Near:
 
     def _points_at_least(self) -> Array:
         """(c,) points in each cube and in those that share a face with it: so many are within eps of all its voxels."""
-        points = np.bincount(self._cube, weights=self._counts).astype(np.int64)
-        self._cubes.fill(points)
-        for held in self._cubes.around(slice(None), np.concatenate((self._faces, -self._faces))):
-            points += held.sum(axis=0)
-        return points
+        points = np.bincount(self._cube + 1, weights=self._counts)
+        least: Array = points[1:] + points[self._beside].sum(axis=1)
+        return least
 
     def clusters(self, core: Array) -> Array:
         """(k,) int cluster of each core voxel, from 1; 0 of the others."""
@@ -115,15 +116,11 @@ class _Near:
 
     def _joined_by_faces(self, core: Array) -> Array:
         """(c,) int from 1: equal where a way over the faces of cubes with a core voxel leads from one to the other."""
-        held = np.zeros(self._cube.max() + 1, bool)
-        held[self._cube[core]] = True
-        numbers = np.cumsum(held) * held
-        self._cubes.fill(numbers)
-        cubes = np.flatnonzero(held)
-        beside = np.concatenate((np.zeros((0, len(cubes)), np.int32), *self._cubes.around(cubes, self._faces))).T
-        one, face = np.nonzero(beside)
-        numbers[cubes] = _components(len(cubes), one, beside[one, face] - 1) + 1
-        return numbers
+        held = np.zeros(len(self._beside) + 1, bool)
+        held[self._cube[core] + 1] = True
+        one, face = np.nonzero(held[1:, None] & held[self._beside])
+        joined = _components(len(self._beside), one, self._beside[one, face] - 1) + 1
+        return joined * held[1:]
 
     def _maybe_joined(self, joined: Array, largest: int) -> Array:
         """(c,) bool: cubes, of all clusters but the largest, that have another cluster's cube in their shell."""
@@ -176,14 +173,14 @@ def _distinct(numbers: Array) -> tuple[Array, Array]:
 
 
 def _components(count: int, one: Array, other: Array) -> Array:
-    """(count,) component of each node under edges from `one`, ascending, to `other`."""
+    """(count,) component of each node under edges from `one`, ascending, to `other`, and back."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
 
     starts = np.zeros(count + 1, np.int32)
     np.cumsum(np.bincount(one, minlength=count), out=starts[1:])
     graph = csr_array((np.ones(len(one)), other.astype(np.int32), starts), shape=(count, count))
-    labels: Array = connected_components(graph, directed=True, connection="weak")[1]
+    labels: Array = connected_components(graph, directed=True, connection="strong")[1]  # no transpose
     return labels
 
 

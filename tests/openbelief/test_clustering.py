@@ -112,7 +112,7 @@ def test_points_that_are_all_apart_are_noise():
 
 def test_cubes_decide_only_where_all_their_voxels_are_within_eps():
     reach = clustering.reach_of(0.08, 0.02)
-    assert (reach.side, len(reach.ball), len(reach.faces)) == (2, 257, 3)
+    assert (reach.side, len(reach.ball), len(reach.faces)) == (2, 257, 6)
     assert clustering.reach_of(0.01, 0.02).faces.shape == (0, 3)
 
 
