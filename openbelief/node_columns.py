@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from openbelief.arrays import Array, read_only
+from openbelief.backprojection import occupied_voxels
 from openbelief.belief import (
     Concept,
     concepts,
@@ -105,4 +106,6 @@ def unique_rows(rows: Array) -> Array:
 
 def voxel_centroid(points: Array, voxel_m: float) -> Array:
     """(3,) float64: the mean of the occupied voxels' centres, each once, so dense views do not pull it."""
-    return ((unique_rows(np.floor(points.astype(np.float64) / voxel_m)) + 0.5) * voxel_m).mean(axis=0)
+    voxels = occupied_voxels(points, voxel_m)
+    steps = np.ascontiguousarray((voxels.steps + voxels.low[:, None]).T)
+    return ((steps + 0.5) * voxel_m).mean(axis=0)
