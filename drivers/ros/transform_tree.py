@@ -13,6 +13,8 @@ from drivers.stamps import set_back
 from openbelief.arrays import Array
 from openbelief.pose import interpolate, inverse, transform
 
+FORGOTTEN_NS = 2_000_000_000  # a live publisher that is silent for longer is taken to have been stopped
+
 
 class TransformMissing(PoseUnavailable):
     """No chain of transforms joins the two frames."""
@@ -174,7 +176,7 @@ class TransformTree:
         self._horizon_ns = None if horizon_s is None else round(horizon_s * 1e9)
         self._edges: dict[str, Edge] = {}  # by child
         self._static: dict[str, Edge] = {}
-        self._two_parents: dict[str, str] = {}  # child -> the second parent somebody claimed
+        self._two_parents: dict[str, tuple[str, int]] = {}  # child -> the second parent somebody claimed, and when
         self._lock = threading.Lock()
 
     def add(
@@ -198,13 +200,29 @@ class TransformTree:
         parent, child = parent.lstrip("/"), child.lstrip("/")
         with self._lock:
             known = self._edges.get(child) or self._static.get(child)
+            if known and known.parent != parent and not static and self._silent(child, stamp_ns):
+                self._edges.pop(child)  # who said otherwise has fallen silent
+                self._two_parents.pop(child, None)
+                known = None
+            if known and known.parent == parent and self._withdrawn(child, stamp_ns):
+                del self._two_parents[child]
             if parent == child or (known and known.parent != parent):
-                self._two_parents[child] = parent
+                self._two_parents[child] = (parent, stamp_ns)
             elif static and (sample is not None or child not in self._static):
                 self._static[child] = Edge(parent, child)
                 self._static[child].add(stamp_ns, sample, None)
             elif not static:
                 self._edges.setdefault(child, Edge(parent, child)).add(stamp_ns, sample, self._horizon_ns)
+
+    def _silent(self, child: str, now_ns: int) -> bool:
+        """Whether the publisher of a moving edge has not been heard for so long that another one counts instead."""
+        edge = self._edges.get(child)
+        return self._horizon_ns is not None and edge is not None and now_ns - edge.stamps[-1] > FORGOTTEN_NS
+
+    def _withdrawn(self, child: str, now_ns: int) -> bool:
+        """Whether the second parent was claimed long before this word of the first; a recording forgets nothing."""
+        claim = self._two_parents.get(child)
+        return self._horizon_ns is not None and claim is not None and now_ns - claim[1] > FORGOTTEN_NS
 
     def quarrels(self) -> list[str]:
         """A sentence for each edge that two nodes published and disagreed on."""
@@ -255,7 +273,7 @@ class TransformTree:
         for edge in path:
             if edge.child in self._two_parents:
                 raise TransformInvalid(
-                    f"Frame {edge.child!r} has two parents, {edge.parent!r} and {self._two_parents[edge.child]!r}: "
+                    f"Frame {edge.child!r} has two parents, {edge.parent!r} and {self._two_parents[edge.child][0]!r}: "
                     "two nodes publish it; stop one."
                 )
             always = edge.child not in self._edges  # /tf_static holds at every stamp

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import itertools
+import os
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -130,13 +131,27 @@ def open_missions(config: Config, operator: Operator, *, kept: Config | None = N
     """
     if config.memory is None:
         raise ConfigError('no memory is named: say memory = "site.belief" (openbelief map makes one)')
-    memory = _ready_memory(config.memory, mission_text_encoder(config))
     with (
+        _opened_memory(config.memory, mission_text_encoder(config)) as (memory, memory_path),
         open_robot(config, lambda: _because(operator.stop_requested())) as robot,
         _log_file(config.trials / "log.jsonl", robot.clock),
         watched(config, robot, memory) as watch,
     ):
-        yield Missions(config, robot, memory, config.memory, operator, watch, kept)
+        yield Missions(config, robot, memory, memory_path, operator, watch, kept)
+
+
+@contextmanager
+def _opened_memory(path: Path, encoder: TextEncoder) -> Iterator[tuple[ObjectMemory, Path]]:
+    """The memory, and a path to its file that stays its own whatever is put in its place meanwhile.
+
+    Raises BeliefFileError, and ConfigError where it was replaced just now.
+    """
+    with ExitStack() as opened:
+        kept = opened.enter_context(path.open("rb")) if path.is_file() else None
+        memory = _ready_memory(path, encoder)  # says what is wrong with a file that is none
+        if kept is None or os.fstat(kept.fileno()).st_ino != path.stat().st_ino:
+            raise ConfigError(f"{path} was replaced while it was opened: start again")
+        yield memory, Path(f"/proc/self/fd/{kept.fileno()}")
 
 
 def _because(stop: StopRequest | None) -> str | None:

@@ -74,10 +74,20 @@ class Remote:
             if line is None:
                 return False
             self.obey(line.strip())
-        if self._walker is not None and not self._walker.step():
-            self._walker = None
-            say({"walk": "ended"})
+        if self._walker is not None:
+            self._walk(self._walker)
         return True
+
+    def _walk(self, walker: Walker) -> None:
+        """An obstacle on the way ends the walk, and nothing else: the robot stands, and its wires go on."""
+        try:
+            if walker.step():
+                return
+            say({"walk": "ended"})
+        except RuntimeError as error:
+            self._robot.halt()
+            say({"walk": "blocked", "because": str(error)})
+        self._walker = None
 
     def obey(self, word: str) -> None:
         self._walker = None

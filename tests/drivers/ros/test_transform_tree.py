@@ -119,3 +119,57 @@ def test_a_recordings_tree_keeps_what_came_before_its_clock_was_set_back():
     for stamp in (3_600_000, 0):
         t.add(stamp * MS, "map", "base", [float(stamp), 0, 0], [0, 0, 0, 1])
     assert t.lookup(3_600_000 * MS, "map", "base")[0, 3] == pytest.approx(3_600_000)
+
+
+def live_tree() -> TransformTree:
+    t = TransformTree(horizon_s=10.0)
+    for k in range(11):
+        t.add(k * 100 * MS, "odom", "base", [0.1 * k, 0.0, 0.0], [0, 0, 0, 1])
+    t.add(1000 * MS, "vicon", "base", [9.0, 0.0, 0.0], [0, 0, 0, 1])
+    return t
+
+
+def test_a_second_parent_is_forgotten_once_its_publisher_has_fallen_silent():
+    t = live_tree()
+    for k in range(11, 32):
+        with pytest.raises(TransformInvalid, match="two parents"):
+            t.lookup(1000 * MS, "odom", "base")
+        t.add(k * 100 * MS, "odom", "base", [0.1 * k, 0.0, 0.0], [0, 0, 0, 1])
+    assert t.lookup(3000 * MS, "odom", "base")[0, 3] == pytest.approx(3.0)
+
+
+def test_where_the_first_parents_publisher_falls_silent_the_second_counts():
+    t = live_tree()
+    for k in range(11, 42):
+        t.add(k * 100 * MS, "vicon", "base", [9.0, 0.0, 0.0], [0, 0, 0, 1])
+    assert t.lookup(4000 * MS, "vicon", "base")[0, 3] == pytest.approx(9.0)
+    with pytest.raises(TransformMissing):
+        t.lookup(4000 * MS, "odom", "base")
+
+
+def test_two_publishers_that_both_go_on_stay_refused():
+    t = live_tree()
+    for k in range(11, 60):
+        for parent in ("odom", "vicon"):
+            t.add(k * 100 * MS, parent, "base", [0.0, 0.0, 0.0], [0, 0, 0, 1])
+        with pytest.raises(TransformInvalid, match="two parents"):
+            t.lookup(k * 100 * MS, "odom", "base")
+
+
+def test_a_static_second_parent_is_not_silent_only_because_it_is_told_once():
+    t = TransformTree(horizon_s=10.0)
+    t.add(0, "base", "camera", [0, 0, 0], [0, 0, 0, 1], static=True)
+    t.add(5000 * MS, "head", "camera", [1, 0, 0], [0, 0, 0, 1], static=True)
+    with pytest.raises(TransformInvalid, match="two parents"):
+        t.lookup(6000 * MS, "base", "camera")
+    t.add(9000 * MS, "base", "camera", [0, 0, 0], [0, 0, 0, 1], static=True)  # told anew, and the other was not
+    t.lookup(9000 * MS, "base", "camera")
+
+
+def test_a_recording_forgets_no_second_parent():
+    t = tree()
+    t.add(0, "vicon", "base", [0, 0, 0], [0, 0, 0, 1])
+    for k in range(21, 100):
+        t.add(k * 50 * MS, "odom", "base", [0, 0, 0], [0, 0, 0, 1])
+    with pytest.raises(TransformInvalid, match="two parents"):
+        t.lookup(4000 * MS, "odom", "base")

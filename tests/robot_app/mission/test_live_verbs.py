@@ -13,6 +13,7 @@ from logs.trial import records
 from logs.trial.file import TrialReader
 from openbelief import ObjectMemory
 from robot_app.mission.missions import _ready_memory
+from robot_app.mission.trials import replay_trial
 from robot_app.signals import BECAUSE
 from support.encoders import WordEncoder
 
@@ -126,3 +127,22 @@ def test_the_encoder_is_loaded_before_anybody_asks(tmp_path):
     asked.clear()
     _ready_memory(tmp_path / "site.belief", Words())
     assert len(asked) == 1
+
+
+def test_a_trial_attaches_the_memory_that_was_opened_not_what_lies_at_its_path_now(
+    terminal, config, keyboard, screen, capsys
+):
+    """Another file took its place between the start of the program and the mission."""
+
+    def replaced() -> None:
+        other = config.parent / "other.belief"
+        other.write_bytes(b"another memory")
+        other.replace(config.parent / "site.belief")
+        keyboard.type(ARMCHAIR)
+
+    screen.reactions["Ready over"] = replaced
+    screen.reactions[QUESTION] = lambda: keyboard.type("no")
+    screen.reactions["CANCELLED: "] = lambda: screen.reactions.update({"trial: ": lambda: keyboard.type("")})
+    assert terminal(["run", "--config", str(config), "--json"]) == 0
+    [line] = capsys.readouterr().out.splitlines()
+    assert replay_trial(Path(json.loads(line)["trial"])).difference is None

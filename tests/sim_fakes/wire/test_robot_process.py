@@ -77,3 +77,19 @@ def test_anything_but_walk_halts_the_robot(clock, robot, word):
         remote.step()
         clock.sleep(0.1)
     assert robot.pose == here and not robot.moving
+
+
+def test_an_obstacle_on_the_walk_stops_the_robot_and_nothing_else(clock, robot, capsys):
+    class Blocked(Room):
+        walk = (Pose2(-3.0, 3.0, 0.0),)  # beyond the floor's edge
+
+    remote = Remote(robot, clock, Blocked())
+    remote.obey("walk")
+    for _ in range(200):
+        assert remote.step()
+        clock.sleep(0.1)
+    assert not robot.moving
+    last = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert last["walk"] == "blocked" and "obstacle" in last["because"]
+    remote.obey("halt")
+    assert remote.step()
