@@ -7,6 +7,7 @@ GENERATED: (page, name) -> a function that returns the text.
 from __future__ import annotations
 
 import argparse
+import json
 import re
 import sys
 from collections.abc import Callable
@@ -69,6 +70,18 @@ def ros_topics() -> str:
     return table(head, rows)
 
 
+def remote_requests() -> str:
+    """One line a verb, and their JSON Schemas."""
+    from robot_app.remote.messages import REQUESTS
+
+    rows = [
+        [f"`{kind.verb}`", summary(kind), ", ".join(f"`{name}`" for name in kind.model_fields) or "-"]
+        for kind in REQUESTS
+    ]
+    schemas = [f"```json\n{json.dumps({kind.verb: kind.model_json_schema()})}\n```" for kind in REQUESTS]
+    return "\n\n".join([table(["verb", "what", "fields"], rows), "Their JSON Schemas:", *schemas])
+
+
 def table(head: list[str], rows: list[list[str]]) -> str:
     lines = [head, ["---"] * len(head), *rows]
     return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
@@ -81,6 +94,7 @@ def summary(kind: type) -> str:
 
 
 GENERATED: dict[tuple[str, str], Callable[[], str]] = {
+    ("docs/api.md", "requests"): remote_requests,
     ("docs/architecture.md", "rooms"): architecture.diagram,
     ("docs/architecture.md", "contracts"): architecture.contract_list,
     ("docs/architecture.md", "walks"): architecture.walks,

@@ -11,8 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from robot_app.certs.certificates import Identity, issue, make_authority, write_new
-from robot_app.certs.zenoh import CONSOLE, LOOPBACK, ROBOT, VIEWER, WORKSTATION, ZenohSite
+from robot_app.certs.zenoh import AGENT, CONSOLE, LOOPBACK, OPERATOR, ROBOT, VIEWER, WORKSTATION, ZenohSite
 
+CLIENTS = (WORKSTATION, VIEWER, OPERATOR, AGENT)
+REMOTE = '\n[remote]\nserve = "robot"\n'
 NOTE = "// Made by openbelief certs. docs/security.md says what each part is for.\n"
 
 
@@ -42,7 +44,7 @@ def _write_site(
     authority = make_authority(f"openbelief site {site.robot}", now_ns, days)
     authority.write(folder, "ca")
     hosts = list(dict.fromkeys([site.robot, LOOPBACK, "localhost", *names]))
-    for name, reached_at, server in ((ROBOT, hosts, True), (WORKSTATION, [], False), (VIEWER, [], False)):
+    for name, reached_at, server in ((ROBOT, hosts, True), *((name, [], False) for name in CLIENTS)):
         identity = issue(authority, name, reached_at, now_ns, days, server=server)
         _write_machine(folder / name, authority, identity)
     if console:
@@ -52,8 +54,11 @@ def _write_site(
     for name, config in (("router.json5", site.router()), ("bridge.json5", site.bridge())):
         _write(folder / ROBOT / name, NOTE + json.dumps(config, indent=2) + "\n")
     _write(folder / ROBOT / "robot.toml", _section(site.local_endpoint, site.namespace, None))
-    for name in (WORKSTATION, VIEWER):
-        _write(folder / name / "robot.toml", _section(site.endpoint, site.namespace, name))
+    for name in CLIENTS:
+        _write(
+            folder / name / "robot.toml",
+            _section(site.endpoint, site.namespace, name) + (REMOTE if name in (OPERATOR, AGENT) else ""),
+        )
 
 
 def _write_machine(folder: Path, authority: Identity, identity: Identity) -> None:

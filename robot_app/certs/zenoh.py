@@ -6,6 +6,7 @@ its loopback, unencrypted.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,8 +21,10 @@ from drivers.topics import (
 )
 from drivers.watchdog.wire import MAX_BYTES as WATCHDOG_MAX_BYTES
 from drivers.watchdog.wire import WatchdogKeys
+from robot_app.remote.messages import AGENT_MAY, LOOKS, REQUEST_MAX_BYTES, VERBS, operator_key
 
 ROBOT, WORKSTATION, VIEWER, CONSOLE = "robot", "workstation", "viewer", "console"
+OPERATOR, AGENT = "operator", "agent"  # other programs: a person's, and a language model's
 LEASE_MS = 2000  # how soon the robot notices that a link fell silent
 LOOPBACK = "127.0.0.1"
 MAX_SESSIONS = 16
@@ -108,6 +111,11 @@ class ZenohSite:
                 _rule("ask for the past", ["query"], ["ingress"], ["**/@adv/**"]),
                 _rule("ask whether Nav2 is up", ["query"], ["ingress"], [self.keys.service(IS_ACTIVE)]),
                 _rule("command", ["query"], ["ingress"], self.command_keys()),
+                _rule("serve the operator", ["declare_queryable", "reply"], ["ingress"], self.operator_keys(VERBS)),
+                _rule("be asked", ["query"], ["egress"], self.operator_keys(VERBS)),
+                _rule("look and stop", ["query"], ["ingress"], self.operator_keys(LOOKS)),
+                _rule("propose", ["query"], ["ingress"], self.operator_keys(AGENT_MAY)),
+                _rule("ask and confirm", ["query"], ["ingress"], self.operator_keys(VERBS)),
                 _rule("live", ["put", "delete"], ["ingress"], [WatchdogKeys(self.keys).heartbeat]),
                 _rule("be alive", ["liveliness_token"], ["ingress"], [WatchdogKeys(self.keys).token()]),
             ],
@@ -116,6 +124,8 @@ class ZenohSite:
                 {"id": ROBOT, "cert_common_names": [ROBOT]},
                 {"id": WORKSTATION, "cert_common_names": [WORKSTATION]},
                 {"id": VIEWER, "cert_common_names": [VIEWER]},
+                {"id": OPERATOR, "cert_common_names": [OPERATOR]},
+                {"id": AGENT, "cert_common_names": [AGENT]},
             ],
             "policies": [
                 {"rules": ["all"], "subjects": ["the robot itself", ROBOT]},
@@ -123,7 +133,14 @@ class ZenohSite:
                     "rules": ["hear", "listen", "ask for the past", "ask whether Nav2 is up"],
                     "subjects": [WORKSTATION, VIEWER],
                 },
-                {"rules": ["be told of", "command", "live", "be alive"], "subjects": [WORKSTATION]},
+                {
+                    "rules": ["be told of", "command", "live", "be alive", "serve the operator", "be asked"],
+                    "subjects": [WORKSTATION],
+                },
+                {"rules": ["hear", "be told of"], "subjects": [OPERATOR, AGENT]},
+                {"rules": ["look and stop"], "subjects": [VIEWER]},
+                {"rules": ["propose"], "subjects": [AGENT]},
+                {"rules": ["ask and confirm"], "subjects": [OPERATOR, WORKSTATION]},
             ],
         }
 
@@ -131,12 +148,17 @@ class ZenohSite:
         """What moves the robot or stops it: goals, results, cancels, and the watchdog's reset."""
         return [self.keys.action(action, "*") for action in ACTIONS] + [WatchdogKeys(self.keys).reset]
 
+    def operator_keys(self, verbs: Sequence[str]) -> list[str]:
+        """What a run with [remote] serve = "robot" answers (docs/api.md)."""
+        return [operator_key(verb, self.namespace) for verb in verbs]
+
     def size_limits(self) -> list[dict[str, Any]]:
         """What comes in from outside is small: heartbeats and commands."""
         watchdog = WatchdogKeys(self.keys)
         return [
             _limit("heartbeats", ["put"], [watchdog.heartbeat], WATCHDOG_MAX_BYTES),
             _limit("commands", ["query"], self.command_keys(), COMMAND_MAX_BYTES),
+            _limit("requests", ["query"], self.operator_keys(VERBS), REQUEST_MAX_BYTES),
             _limit("answers", ["reply"], self.command_keys(), ACTION_MAX_BYTES),
         ]
 

@@ -127,7 +127,7 @@ REQUESTS: tuple[type[RemoteMessage], ...] = (
 # What the router lets a client do: who only looks, an agent, and a person who commands.
 LOOKS = ("status", "candidates", "why", "stop")
 AGENT_MAY = (*LOOKS, "propose")
-COMMANDS = ("lease", "beat", "release", "ask", "confirm")
+VERBS = tuple(kind.verb for kind in REQUESTS)
 
 
 def operator_key(verb: str, namespace: str = "") -> str:

@@ -6,7 +6,7 @@ import json
 import socket
 import stat
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -29,9 +29,10 @@ from openbelief.pose import Pose2
 from openbelief.traversability import OccupancyGrid
 from robot_app.certs.certificates import Identity, issue
 from robot_app.certs.folder import make_site
-from robot_app.certs.zenoh import VIEWER, WORKSTATION, ZenohSite
+from robot_app.certs.zenoh import AGENT, OPERATOR, VIEWER, WORKSTATION, ZenohSite
 from robot_app.cli import main
 from robot_app.config import load_config
+from robot_app.remote.messages import VERBS, operator_key
 from sim_fakes.wire.fence import Fence
 from sim_fakes.wire.nav2_server import SimNav2Server
 from sim_fakes.wire.ros_publisher import SimRosPublisher
@@ -137,6 +138,37 @@ def test_a_viewer_sees_that_nav2_is_up_and_its_goal_does_nothing_and_says_so(rob
     assert robot.body.pose == Pose2(1.0, 1.0, 0.0)
 
 
+@pytest.mark.parametrize(
+    ("who", "may"),
+    [
+        (OPERATOR, {"lease", "beat", "release", "ask", "confirm", "propose", "stop", "status", "candidates", "why"}),
+        (AGENT, {"propose", "stop", "status", "candidates", "why"}),
+        (VIEWER, {"stop", "status", "candidates", "why"}),
+    ],
+)
+def test_what_the_run_answers_is_heard_from_whom_it_may(robot: Robot, who: str, may: set[str]) -> None:
+    run, asking = robot.link(WORKSTATION), robot.link(who)
+    heard: list[str] = []
+
+    def answering(verb: str) -> Callable[[bytes], bytes]:
+        return lambda _: (heard.append(verb), b"heard")[1]
+
+    for verb in VERBS:
+        run.answer(operator_key(verb), answering(verb))
+    known(operator_key("status"), b"heard", asking)
+    for verb in VERBS:
+        asking.get(operator_key(verb), b"{}", ANSWERED_S if verb in may else REFUSED_S)
+    known(operator_key("status"), b"heard", asking)  # whatever was let through has come before this
+    assert set(heard) == may
+
+
+def test_nobody_but_the_workstation_answers_for_the_operator(robot: Robot) -> None:
+    for who in (OPERATOR, AGENT, VIEWER):
+        robot.link(who).answer(operator_key("status"), lambda _: b"an impostor")
+    robot.link(WORKSTATION).answer(operator_key("status"), lambda _: b"the run")
+    known(operator_key("status"), b"the run", robot.link(OPERATOR))
+
+
 def test_a_viewers_cancel_plan_and_reset_are_not_even_heard(robot: Robot) -> None:
     """Refused queries are put in order by later ones that are answered: one link and one queryable keep the order."""
     heard: list[str] = []
@@ -231,7 +263,9 @@ def test_keys_are_their_owners_alone_and_are_never_overwritten(
     assert main(command) == 0
     files = [Path(name) for name in json.loads(capsys.readouterr().out)["files"]]
     keys = [file for file in files if file.suffix == ".key"]
-    assert {file.name for file in keys} == {"ca.key", "robot.key", "workstation.key", "viewer.key"}
+    assert {file.name for file in keys} == {
+        f"{name}.key" for name in ("ca", "robot", "workstation", "viewer", "operator", "agent")
+    }
     assert {stat.S_IMODE(file.stat().st_mode) for file in keys} == {0o600}
     before = {file: file.read_bytes() for file in files}
     assert main(command) == 1

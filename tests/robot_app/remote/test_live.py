@@ -94,6 +94,24 @@ def test_a_stop_over_zenoh_ends_the_mission_with_who_said_it(terminal, remote_to
     assert (outcome["end"], outcome["reason"]) == ("CANCELLED", "bob said stop over the network"), outcome
 
 
+def test_the_example_of_the_page_runs_as_it_stands_there(terminal, remote_toml, keyboard, screen):
+    config = remote_toml
+    page = (Path(__file__).parents[3] / "docs" / "api.md").read_text()
+    example = page.split("```python\n")[1].split("```")[0]
+    endpoint = load_config(config).remote.endpoint
+
+    def act() -> subprocess.CompletedProcess[str]:
+        code = example.replace("tcp/127.0.0.1:7450", endpoint)
+        return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
+
+    got = beside(screen, keyboard, act)
+    assert terminal(["run", "--config", str(config)]) == 0
+    [done] = got
+    assert done.returncode == 0, done.stderr
+    label, asked, stopped = done.stdout.splitlines()
+    assert label == "armchair" and "'ok': True" in asked and stopped == "{'ok': True}"
+
+
 def test_where_no_run_takes_commands_one_line_says_so(terminal, remote_toml, screen):
     config = remote_toml
 
