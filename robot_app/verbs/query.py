@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from robot_app.answers import READOUTS
 from robot_app.arguments import a_pose, from_one
 from robot_app.cli import print_json
+from robot_app.tables import add_wide
 
 if TYPE_CHECKING:
     from openbelief.memory import Candidate, ObjectMemory
@@ -32,6 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--limit", type=from_one, default=10, metavar="N", help="show at most N candidates (default 10)"
     )
+    add_wide(parser)
 
 
 def run(options: argparse.Namespace) -> None:
@@ -51,7 +53,7 @@ def run(options: argparse.Namespace) -> None:
         "state_hash": memory.state_hash,
     }
     report |= _grounded(memory, asked, options) if grounded else _paper(memory, asked, options)
-    print_json(report) if options.json else _show(report)
+    print_json(report) if options.json else _show(report, wide=options.wide)
 
 
 def _grounded(memory: ObjectMemory, asked: Asked, options: argparse.Namespace) -> dict[str, Any]:
@@ -98,12 +100,15 @@ def describe(memory: ObjectMemory, candidate: Candidate) -> dict[str, Any]:
     }
 
 
-def _show(report: dict[str, Any]) -> None:
+FITTING = ("object", "score", "label", "room", "said of it")  # in 80 columns, beside what the sentence's parts added
+
+
+def _show(report: dict[str, Any], *, wide: bool) -> None:
     from rich.table import Table
 
     from openbelief.phrase import printable
     from robot_app.answers import told
-    from robot_app.tables import cell, number, show
+    from robot_app.tables import cell, chosen, number, show
 
     if not report["candidates"]:
         print(f"No candidate: {report['because']}.")
@@ -124,4 +129,4 @@ def _show(report: dict[str, Any]) -> None:
         seen = f"{c['observations']} x in {c['frames']} frames"
         words = [cell(c["label"] or "-"), cell(c["room"] or "-"), c["trust"], seen, centre]
         table.add_row(*numbers, *words, cell(", ".join(c["phrases"][:5])))
-    show(table)
+    show(chosen(table, {*FITTING, *shown}, wide=wide), wide=wide)

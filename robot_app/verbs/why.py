@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from robot_app.cli import Failure, print_json
+from robot_app.tables import add_wide
 
 if TYPE_CHECKING:
     from openbelief.memory import ObjectMemory, ObjectNode
@@ -22,6 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("memory", type=Path, metavar="SITE.belief")
     parser.add_argument("object", type=int, metavar="OBJECT", help="object id, as shown by `openbelief query`")
     parser.add_argument("--crops", type=Path, metavar="DIR", help="write the JPEG crop of every mask to DIR")
+    add_wide(parser)
 
 
 def run(options: argparse.Namespace) -> None:
@@ -34,7 +36,7 @@ def run(options: argparse.Namespace) -> None:
     report = explain(memory, node) | {"memory": str(options.memory)}
     if options.crops:
         report["crops"] = [str(path) for path in _write_crops(node, options.crops)]
-    print_json(report) if options.json else _show(report)
+    print_json(report) if options.json else _show(report, wide=options.wide)
 
 
 def explain(memory: ObjectMemory, node: ObjectNode) -> dict[str, Any]:
@@ -92,11 +94,14 @@ def _write_crops(node: ObjectNode, folder: Path) -> list[Path]:
     return written
 
 
-def _show(report: dict[str, Any]) -> None:
-    from robot_app.tables import cell, show
+FITTING = ("phrase", "weight", "frame", "mask", "confidence", "concept")  # of an observation, in 80 columns
 
-    show(_concepts(report))
-    show(_observations(report))
+
+def _show(report: dict[str, Any], *, wide: bool) -> None:
+    from robot_app.tables import cell, chosen, show
+
+    show(_concepts(report), wide=wide)
+    show(chosen(_observations(report), FITTING, wide=wide), wide=wide)
     x, y, z = report["centroid"]
     room = f" in the {cell(report['room'])}" if report["room"] else ""
     print(f"centre {x:.2f} {y:.2f} {z:.2f} m{room}, weight of the visual branch {report['lambda']:g}")

@@ -102,6 +102,15 @@ def test_what_a_model_said_is_shown_as_plain_text(memory, capsys):
     assert "\x1b[2J" not in capsys.readouterr().out
 
 
+@pytest.mark.parametrize(("verb", "asked", "only_wide"), [("query", "lamp", "trust"), ("why", "0", "points")])
+def test_tables_fit_80_columns_and_wide_shows_every_one(memory, capsys, verb, asked, only_wide):
+    assert main([verb, str(memory), asked]) == 0
+    narrow = capsys.readouterr().out
+    assert max(len(line) for line in narrow.splitlines() if line[:1] in "┏┃┡│└") <= 80 and only_wide not in narrow
+    assert main([verb, str(memory), asked, "--wide"]) == 0
+    assert only_wide in capsys.readouterr().out
+
+
 def test_rebuild_changes_belief_and_keeps_the_evidence(memory, capsys, tmp_path):
     new = tmp_path / "new.belief"
     result = answer(capsys, "rebuild", memory, "-o", new, "--set", "alpha=2.0", "--set", "fusion=calibrated")
