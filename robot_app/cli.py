@@ -16,6 +16,7 @@ VERBS = {
     "map": "build a memory from a recording",
     "query": "rank the objects of a memory for a phrase, with the evidence",
     "why": "every phrase, weight, frame and mask behind an object",
+    "inspect": "floors, rooms, views and objects of a memory; a plan and a page of them",
     "rebuild": "new belief parameters over the same evidence",
     "run": "live: missions from a configuration",
     "ask": "one mission, from the terminal",
