@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from openbelief.arrays import Array
+from openbelief.file_checks import VALUE_BYTES_MAX
 
 PART_BYTES = 1 << 28  # SQLite keeps at most 1e9 bytes in one value
 SCHEMA = """
@@ -19,7 +20,7 @@ CREATE TABLE IF NOT EXISTS columns (name TEXT NOT NULL, part INTEGER NOT NULL, s
     sha256 BLOB NOT NULL, data BLOB NOT NULL, PRIMARY KEY (name, part));
 """
 MANIFEST = "SELECT name, part, shape, sha256 FROM columns NOT INDEXED ORDER BY name, part"
-DATA = "SELECT data FROM columns NOT INDEXED WHERE name = ? ORDER BY part"
+PARTS = "SELECT rowid FROM columns NOT INDEXED WHERE name = ? ORDER BY part"
 
 
 class Column(NamedTuple):
@@ -133,5 +134,13 @@ def read_manifest(db: sqlite3.Connection) -> tuple[dict[str, tuple[int, ...]], d
 
 
 def read_data(db: sqlite3.Connection, name: str) -> bytes:
-    parts = [row[0] for row in db.execute(DATA, (name,))]
+    """A column's bytes, copied once: a SELECT would hold three copies of them. Raises ColumnDamaged."""
+    parts = [_read_blob(db, row) for (row,) in db.execute(PARTS, (name,)).fetchall()]
     return parts[0] if len(parts) == 1 else b"".join(parts)
+
+
+def _read_blob(db: sqlite3.Connection, row: int) -> bytes:
+    with db.blobopen("columns", "data", row, readonly=True) as blob:
+        if len(blob) > VALUE_BYTES_MAX:
+            raise ColumnDamaged("a part of its columns is too big")
+        return blob.read()
