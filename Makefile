@@ -4,13 +4,21 @@ PY := .venv/bin/python
 READY := .venv/.ready
 PEER := .venv-ros/.ready
 
-.PHONY: demo test lint parity export-fixtures export-venv ros-peer setup docs pins clean
+.PHONY: demo test test-browser screenshots lint parity export-fixtures export-venv ros-peer setup docs pins clean
 
 demo: $(READY)
 	.venv/bin/openbelief demo --out demo-out
 
 test: $(READY)
 	$(PY) -m pytest
+
+# The console in a real, headless Chromium (Debian's: apt-get install chromium), over a simulated robot in wall time.
+test-browser: $(READY)
+	OPENBELIEF_BROWSER=1 $(PY) -m pytest tests/browser
+
+# The pictures of docs/operator.md, from the same tests: look at them before you commit them.
+screenshots: $(READY)
+	OPENBELIEF_SCREENSHOTS=docs/operator $(PY) -m pytest tests/browser -k "candidate or (walks_cancels and tap) or (screen_holds and closed) or contrast or scrubbed"
 
 lint: $(READY)
 	$(PY) -m ruff check .

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Any
 
 from robot_app.config import Config
 from robot_app.console.live_pages import LivePages
@@ -28,13 +29,20 @@ class OpenConsole:
 
 
 @contextmanager
-def open_console(listening: Listening, config: Config, operator: Operator, missions: Missions) -> Iterator[OpenConsole]:
-    """Serve these missions' pages. Raises Failure where it may or can not."""
+def open_console(
+    listening: Listening,
+    config: Config,
+    operator: Operator,
+    missions: Missions,
+    *,
+    extra: Callable[[], dict[str, Any]] = dict,
+) -> Iterator[OpenConsole]:
+    """Serve these missions' pages. extra: more for each snapshot. Raises Failure where it may or can not."""
     from robot_app.console.commands import HOW
 
     live, memory = LiveMission(missions.memory), missions.memory
     with Telemetry(missions.robot, config.trials, missions.watch.trouble) as telemetry:
-        snapshots = Snapshots(operator, live, lambda: telemetry.readings)
+        snapshots = Snapshots(operator, live, lambda: telemetry.readings, extra=extra)
         parts = Parts(
             operator=operator,
             snapshots=snapshots,

@@ -16,6 +16,7 @@ from robot_app.console.sessions import SESSION_S, Rate, Session, Sessions
 
 COOKIE = "openbelief_session"
 TRIES_PER_S, TRIES_BURST = 0.1, 5  # a guess costs 0.2 s of a core: not many of them, whoever asks
+PAIRINGS_PER_S, PAIRINGS_BURST = 1.0, 20  # a token of 24 random bytes is not guessed
 AT_ONCE = 2
 
 
@@ -24,7 +25,7 @@ class Logins:
 
     def __init__(self, sessions: Sessions, accounts: Accounts, *, tls: bool) -> None:
         self._sessions, self._accounts, self._tls = sessions, accounts, tls
-        self._tries = Rate(TRIES_PER_S, TRIES_BURST)
+        self._tries, self._pairings = Rate(TRIES_PER_S, TRIES_BURST), Rate(PAIRINGS_PER_S, PAIRINGS_BURST)
         self._at_once = asyncio.Semaphore(AT_ONCE)
 
     @property
@@ -57,8 +58,8 @@ class Logins:
         return self._opened(self._sessions.open(account.name, account.role))
 
     async def _pair(self, request: Request) -> Response:
-        if not self._tries.allows("pair"):
-            return refusal(429, "Too many tries: wait ten seconds.")
+        if not self._pairings.allows(""):
+            return refusal(429, "Too many tries: wait a second.")
         token = (await body_of(request)).get("token")
         session = self._sessions.pair(token) if isinstance(token, str) else None
         if session is None:

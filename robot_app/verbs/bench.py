@@ -21,6 +21,7 @@ BENCHES = {
     "acquire": "observations of a frame full of masks: CPU time a frame, beside DBSCAN with a kd-tree",
     "goal": "where to stand to look at a thing on a large site: CPU time, beside Dijkstra over all of it",
     "perception": "SAM 3 and CLIP: frames/s and memory of every stage, for each image size",
+    "console": "a press of STOP to the cancel at Nav2, a lost page to the hold, in a real Chromium",
 }
 EXAMPLE = "openbelief bench livox --seconds 5"
 

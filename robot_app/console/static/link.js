@@ -1,6 +1,7 @@
 // The live connection. A command is sent now or not at all: nothing waits for a link that may come back.
 
 const RETRY_MS = 500;
+const DEAD_MS = 2500; // ten snapshots a second: a socket that is silent for so long leads nowhere
 const ANSWER_MS = 3000;
 const PAGE = Array.from(crypto.getRandomValues(new Uint8Array(12)), (byte) => byte.toString(16).padStart(2, "0")).join("");
 
@@ -30,9 +31,20 @@ export class Link {
     if (this.ended) return;
     const scheme = location.protocol === "https:" ? "wss" : "ws";
     const socket = (this.socket = new WebSocket(`${scheme}://${location.host}/ws?page=${PAGE}`));
-    socket.onopen = () => { this.open = true; this.state = {}; this.onChange(); };
+    this.triedAt = performance.now();
+    socket.onopen = () => { this.open = true; this.state = {}; this.heardAt = performance.now(); this.onChange(); };
     socket.onmessage = (event) => this.take(JSON.parse(event.data));
     socket.onclose = (event) => this.closed(event);
+  }
+
+  // A network that went away closes no socket: one that fell silent is given up, and another one tried.
+  check() {
+    const since = performance.now() - Math.max(this.heardAt, this.triedAt);
+    if (this.ended || since < DEAD_MS || this.retrying) return;
+    const socket = this.socket;
+    socket.onopen = socket.onmessage = socket.onclose = null;
+    socket.close();
+    this.closed({code: 0});
   }
 
   closed(event) {
@@ -41,7 +53,10 @@ export class Link {
     this.waiting.clear();
     this.onChange();
     if (event.code === 4401) this.onLoggedOut();
-    else if (!this.ended) setTimeout(() => this.connect(), RETRY_MS);
+    else if (!this.ended) {
+      this.retrying = true;
+      setTimeout(() => { this.retrying = false; this.connect(); }, RETRY_MS);
+    }
   }
 
   take(message) {

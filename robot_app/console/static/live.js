@@ -81,6 +81,7 @@ export class Live {
     if (!this.running) return;
     requestAnimationFrame(() => this.frame());
     if (this.toBeat !== undefined) { this.link.beat(this.toBeat); this.toBeat = undefined; }
+    this.link.check();
     if (this.state && (this.state.n !== this.painted || this.stale || this.fresh)) this.paint(this.state);
     else if (this.state && performance.now() - (this.ticked || 0) > 200) { this.ticked = performance.now(); drawStatus(this.state, this.link); this.question.tick(); }
   }

@@ -1,0 +1,245 @@
+"""A real Chromium in front of a real console over a simulated robot in wall time. `make test-browser` runs these.
+
+OPENBELIEF_SCREENSHOTS=DIR keeps the screenshots of docs/operator.md there, of the flat instead of the small room.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import queue
+import re
+import shutil
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, BrowserContext, Page, Playwright, sync_playwright
+
+HERE = Path(__file__).parent
+SMALL = HERE.parent / "robot_app" / "small_scene.json"
+ASKED_FOR = "OPENBELIEF_BROWSER"
+SCREENSHOTS = os.environ.get("OPENBELIEF_SCREENSHOTS", "")
+PATIENCE_S = 40.0  # for one step, on a machine that does other work too
+MANY = 2000
+DESKTOP, PHONE = {"width": 1440, "height": 900}, {"width": 390, "height": 844}
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    if os.environ.get(ASKED_FOR) or SCREENSHOTS:
+        return
+    why = pytest.mark.skip(reason="a browser and a robot in wall time: make test-browser runs these")
+    for item in items:
+        if HERE in item.path.parents:
+            item.add_marker(why)
+
+
+def until(happens: Callable[[], Any], what: str) -> Any:
+    """Ask again until it is true; a strict content policy does not let a browser wait for an expression itself."""
+    end_s = time.monotonic() + PATIENCE_S
+    while time.monotonic() < end_s:
+        if found := happens():
+            return found
+        time.sleep(0.05)
+    raise AssertionError(f"not within {PATIENCE_S:g} s: {what}")
+
+
+class Program:
+    """`openbelief run --console`, its terminal, and the pairing links that it prints."""
+
+    def __init__(self, config: Path) -> None:
+        command = [sys.executable, "-m", "robot_app.cli", "run", "--config", str(config), "--console", "0"]
+        self._lines: queue.Queue[str] = queue.Queue()
+        self.said: list[str] = []
+        self._process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+        )
+        threading.Thread(target=self._read, daemon=True).start()
+        self._first: str | None = self._link()
+
+    def link(self, role: str = "operator") -> str:
+        """A fresh pairing link."""
+        if role == "operator" and self._first:
+            first, self._first = self._first, None
+            return first
+        self.type("pair" if role == "operator" else "pair viewer")
+        return self._link()
+
+    def type(self, line: str) -> None:
+        assert self._process.stdin is not None
+        self._process.stdin.write(line + "\n")
+        self._process.stdin.flush()
+
+    def end(self) -> None:
+        self._process.terminate()
+        try:
+            self._process.wait(30)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+    def _link(self) -> str:
+        end_s = time.monotonic() + PATIENCE_S
+        while time.monotonic() < end_s:
+            try:
+                line = self._lines.get(timeout=0.5)
+            except queue.Empty:
+                assert self._process.poll() is None, "".join(self.said[-20:])
+                continue
+            if found := re.search(r"http\S+#pair=\S+", line):
+                return found[0]
+        raise AssertionError("".join(self.said[-20:]))
+
+    def _read(self) -> None:
+        assert self._process.stdout is not None
+        for line in self._process.stdout:
+            self.said.append(line)
+            self._lines.put(line)
+
+
+@dataclass
+class Site:
+    """A folder with a memory and trials, and the program that runs missions over it."""
+
+    folder: Path
+    program: Program
+
+
+@pytest.fixture(scope="session")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
+    from robot_app.cli import main
+
+    folder = tmp_path_factory.mktemp("site") / "demo-out"
+    scene = [] if SCREENSHOTS else ["--scene", str(SMALL)]
+    assert main(["demo", *scene, "--out", str(folder), "--json"]) == 0
+    if not SCREENSHOTS:
+        many_trials(folder)
+    program = Program(folder / "robot.toml")
+    yield Site(folder, program)
+    program.end()
+
+
+def many_trials(folder: Path) -> None:
+    """Two thousand rows, as if the list had been read before; one of them is a trial."""
+    entries = {}
+    for number in range(MANY):
+        path = folder / f"old_{number:04d}.mcap"
+        path.write_bytes(b"")
+        os.utime(path, (1_700_000_000 + number, 1_700_000_000 + number))
+        row = {
+            "started_ms": 1_700_000_000_000 + 1000 * number,
+            "sentence": f"find thing number {number}",
+            "who": "ada",
+            "outcome": "CONFIRMED" if number % 2 else "FAILED",
+            "reason": "as long ago",
+            "visits": 1,
+            "candidates": [],
+        }
+        entries[path.name] = {"stamp": [path.stat().st_mtime_ns, 0], "row": row}
+    (folder / ".trials-index.json").write_text(json.dumps({"format": 1, "trials": entries}))
+
+
+@pytest.fixture(scope="session")
+def playwright() -> Iterator[Playwright]:
+    with sync_playwright() as made:
+        yield made
+
+
+@pytest.fixture(scope="session")
+def browser(playwright: Playwright) -> Iterator[Browser]:
+    path = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    assert path, "no chromium here: apt-get install chromium"
+    made = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
+    yield made
+    made.close()
+
+
+@dataclass
+class Tab:
+    """A page that is logged in, with what went wrong in it and where it asked."""
+
+    page: Page
+    site: Site
+    complaints: list[str] = field(default_factory=list)
+    requests: list[str] = field(default_factory=list)
+
+    def listen(self) -> None:
+        self.page.on("console", lambda m: self.complaints.append(m.text) if m.type in ("error", "warning") else None)
+        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        self.page.on("request", lambda request: self.requests.append(request.url))
+        self.page.on("websocket", lambda socket: self.requests.append(socket.url))
+
+    def words(self, element: str) -> str:
+        return self.page.locator(f"#{element}").inner_text(timeout=PATIENCE_S * 1000)
+
+    def state(self) -> dict[str, Any]:
+        """The newest snapshot that the page holds."""
+        return self.page.evaluate("window.openbelief?.state || {}")
+
+    def until_state(self, *words: str) -> str:
+        return until(lambda: (now := self.words("state")) in words and now, f"{words}: {self.words('state')}")
+
+    def until_asked(self) -> None:
+        yes = self.page.locator("#answer-yes")
+        until(lambda: yes.is_visible() and yes.is_enabled(), "a question that may be answered")
+
+    def take(self) -> None:
+        self.page.locator("#take").click()
+        until(lambda: self.state().get("you", {}).get("epoch"), "the command")
+
+    def ask(self, words: str) -> None:
+        self.page.locator("#ask-words").fill(words)
+        self.page.keyboard.press("Enter")
+
+    def said(self) -> str:
+        return " | ".join(each["text"] for each in self.state()["said"])
+
+    def picture(self, name: str) -> None:
+        """For docs/operator.md, where it is asked for."""
+        if SCREENSHOTS:
+            Path(SCREENSHOTS).mkdir(parents=True, exist_ok=True)
+            self.page.wait_for_timeout(400)
+            self.page.screenshot(path=str(Path(SCREENSHOTS) / f"{name}.png"))
+
+
+@pytest.fixture
+def open_tab(browser: Browser, site: Site) -> Iterator[Callable[..., Tab]]:
+    """open_tab(role="operator", size=DESKTOP): a page of its own browser context, logged in by a pairing link."""
+    contexts: list[BrowserContext] = []
+
+    def opened(role: str = "operator", size: dict[str, int] = DESKTOP, theme: str = "dark") -> Tab:
+        context = browser.new_context(viewport=size, has_touch=size is PHONE, device_scale_factor=1)
+        contexts.append(context)
+        context.add_init_script(f"localStorage.setItem('theme', '{theme}')")
+        tab = Tab(context.new_page(), site)
+        tab.listen()
+        tab.page.goto(site.program.link(role))
+        until(lambda: tab.state().get("n"), "the first snapshot")
+        return tab
+
+    yield opened
+    for context in contexts:
+        context.close()
+
+
+@pytest.fixture
+def tab(open_tab: Callable[..., Tab]) -> Iterator[Tab]:
+    """An operator's page that commands; afterwards nothing is under way."""
+    made = open_tab()
+    made.take()
+    yield made
+    if not made.page.is_closed():
+        finish(made)
+
+
+def finish(tab: Tab) -> None:
+    """Whatever a test left behind is stopped."""
+    if tab.state().get("operator", {}).get("mission"):
+        tab.page.keyboard.press("Escape")
+        until(lambda: tab.state()["operator"]["mission"] is None, "the end of the mission")
