@@ -135,7 +135,9 @@ class Bench:
         self._robot.forget()
         page.evaluate(f"openbelief.link.command({{type: 'ask', epoch: openbelief.state.you.epoch, text: '{THING}'}})")
         until("question", lambda: self._operator.question is not None)
-        self._until("button", "!document.getElementById('question').hidden && openbelief.question.asked !== null")
+        asked = self._operator.question
+        shown = f"openbelief.question.asked?.id === {asked.id if asked else 0}"
+        self._until("button", f"{shown} && !document.getElementById('answer-yes').disabled")
         page.locator("#answer-yes").click()
         self._robot.expect("goal_ns")
         return page

@@ -15,7 +15,7 @@ NAMES, CONTRAST, COVERED = (
 )
 
 ASK = "take me to the fire extinguisher"
-THINGS = ("armchair", "bucket") if not SCREENSHOTS else ("laundry basket", "fridge")
+THINGS = ("armchair", "bucket") if not SCREENSHOTS else ("laundry basket", "refrigerator")
 ROUTE = f"go to the {THINGS[0]}"
 
 
