@@ -14,7 +14,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from robot_app.cli import Failure, print_json
+from robot_app.cli import Failure, Usage, print_json
 
 if TYPE_CHECKING:
     from robot_app.config import Config
@@ -27,6 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--config", type=Path, default=Path("robot.toml"), metavar="robot.toml", help="default robot.toml"
     )
+    parser.add_argument("--voice", action="store_true", help="speak at this machine's microphone (docs/voice.md)")
     parser.add_argument(
         "--console", type=listening, metavar="[HOST:]PORT", help="serve the page (port 0: any free one)"
     )
@@ -39,7 +40,11 @@ def run(options: argparse.Namespace) -> int:
 
     try:
         config = load_config(options.config)
-        if options.console is None:
+        if options.voice:
+            if options.console is not None:
+                raise Usage("--voice is for the terminal; the page has a talk button of its own")
+            _by_voice(config, as_json=options.json)
+        elif options.console is None:
             _at_the_terminal(config, as_json=options.json)
         else:
             with_console(config, options.console, as_json=options.json)
@@ -76,6 +81,37 @@ def _at_the_terminal(config: Config, *, as_json: bool) -> None:
             operator.tell(f"Ready over {config.memory}. Ask for a thing; an empty line ends.")
             with open_remote(config, operator, missions) as watching:
                 run_missions(missions, operator, heard, report=print_json if as_json else None, watching=watching)
+
+
+def _by_voice(config: Config, *, as_json: bool) -> None:
+    """The terminal, where an empty line begins to listen and the next one ends it."""
+    from robot_app.mission.live import run_missions
+    from robot_app.mission.missions import open_missions
+    from robot_app.mission.operator import Operator
+    from robot_app.mission.terminal import Terminal
+    from robot_app.remote.service import open_remote
+    from robot_app.signals import signals_stop
+    from robot_app.voice.listener import Listener
+    from robot_app.voice.local_talk import LocalTalk
+    from robot_app.voice.microphone import LocalMicrophone
+    from robot_app.voice.recogniser import open_recogniser
+    from robot_app.voice.speaking import Speaker
+    from robot_app.voice.suggestions import memory_phrases
+
+    voice, operator = config.voice, Operator()
+    recogniser, microphone = open_recogniser(voice.recogniser, voice.language), LocalMicrophone(voice.microphone)
+    with (
+        signals_stop(operator) as heard,
+        open_missions(config, operator) as missions,
+        open_remote(config, operator, missions) as watching,
+        Speaker(operator, speak=voice.speak, language=voice.language) as speaker,
+    ):
+        listener = Listener(recogniser, memory_phrases(missions.memory))
+        talk = LocalTalk(operator, microphone, listener, missions.note, speaker.quiet)
+        more = {"ask": talk.ask, "end": operator.end}
+        with Terminal(operator, who=config.recording.operator, where_empty=talk.turn, more=more):
+            operator.tell(f"Ready over {config.memory}. Press Enter to speak, and again to end; type end to leave.")
+            run_missions(missions, operator, heard, report=print_json if as_json else None, watching=watching)
 
 
 def with_console(config: Config, listening: Listening, *, as_json: bool) -> None:
