@@ -104,6 +104,7 @@ class ZenohSection(Section):
             "connect_certificate": str(self.certificate),
             "connect_private_key": str(self.key),
             "enable_mtls": True,
+            "close_link_on_expiration": True,
             "verify_name_on_connect": True,
         }
 

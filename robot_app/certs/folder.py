@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from robot_app.certs.certificates import Identity, issue, make_authority, write_new
-from robot_app.certs.zenoh import AGENT, CONSOLE, LOOPBACK, OPERATOR, ROBOT, VIEWER, WORKSTATION, ZenohSite
+from robot_app.certs.zenoh import AGENT, CONSOLE, LOOPBACK, OPERATOR, ROBOT, VIEWER, VIEWERS, WORKSTATION, ZenohSite
 
 CLIENTS = (WORKSTATION, VIEWER, OPERATOR, AGENT)
 REMOTE = '\n[remote]\nserve = "robot"\n'
@@ -41,23 +41,30 @@ def make_site(
 def _write_site(
     folder: Path, site: ZenohSite, names: Sequence[str], now_ns: int, days: int, console: Sequence[str]
 ) -> None:
+    """Two authorities: a viewer's certificate is worth nothing at the operator's door."""
     authority = make_authority(f"openbelief site {site.robot}", now_ns, days)
+    viewers = make_authority(f"openbelief viewers of {site.robot}", now_ns, days)
     authority.write(folder, "ca")
+    viewers.write(folder, "viewers-ca")
     hosts = list(dict.fromkeys([site.robot, LOOPBACK, "localhost", *names]))
     for name, reached_at, server in ((ROBOT, hosts, True), *((name, [], False) for name in CLIENTS)):
-        identity = issue(authority, name, reached_at, now_ns, days, server=server)
-        _write_machine(folder / name, authority, identity)
+        issuer = viewers if name == VIEWER else authority
+        _write_machine(folder / name, issuer, issue(issuer, name, reached_at, now_ns, days, server=server))
+    issue(viewers, VIEWERS, hosts, now_ns, days, server=True).write(folder / ROBOT)
+    write_new(folder / ROBOT / "viewers-ca.pem", viewers.pem, 0o644)
     if console:
         reached_at = [*dict.fromkeys([*console, LOOPBACK, "localhost"])]
         _write_machine(folder / CONSOLE, authority, issue(authority, CONSOLE, reached_at, now_ns, days, server=True))
         _write(folder / CONSOLE / "robot.toml", _console_section(console))
-    for name, config in (("router.json5", site.router()), ("bridge.json5", site.bridge())):
+    configs = {"router.json5": site.router(), "bridge.json5": site.bridge(), "viewers.json5": site.viewers()}
+    for name, config in configs.items():
         _write(folder / ROBOT / name, NOTE + json.dumps(config, indent=2) + "\n")
     _write(folder / ROBOT / "robot.toml", _section(site.local_endpoint, site.namespace, None))
     for name in CLIENTS:
         _write(
             folder / name / "robot.toml",
-            _section(site.endpoint, site.namespace, name) + (REMOTE if name in (OPERATOR, AGENT) else ""),
+            _section(site.viewers_endpoint if name == VIEWER else site.endpoint, site.namespace, name)
+            + (REMOTE if name in (OPERATOR, AGENT) else ""),
         )
 
 

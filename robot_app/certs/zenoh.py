@@ -27,7 +27,9 @@ ROBOT, WORKSTATION, VIEWER, CONSOLE = "robot", "workstation", "viewer", "console
 OPERATOR, AGENT = "operator", "agent"  # other programs: a person's, and a language model's
 LEASE_MS = 2000  # how soon the robot notices that a link fell silent
 LOOPBACK = "127.0.0.1"
-MAX_SESSIONS = 16
+MAX_SESSIONS = 16  # of the robot's own processes and the operator's; viewers have a door of their own
+VIEWERS_MAX = 12  # and one more: that door's own link to the robot
+VIEWERS = "viewers"
 ACTIONS = (NAVIGATE_TO_POSE, COMPUTE_PATH_TO_POSE)
 READS = ["declare_subscriber", "declare_liveliness_subscriber", "liveliness_query", "query"]
 HEARS = ["put", "delete", "reply", "liveliness_token"]
@@ -56,22 +58,36 @@ class ZenohSite:
     def keys(self) -> BridgeKeys:
         return BridgeKeys(self.namespace)
 
+    @property
+    def viewers_endpoint(self) -> str:
+        """A door with certificates of its own: who may only look cannot take the operator's places, nor the robot's."""
+        return f"tls/{self.robot}:{self.port + 2}"
+
     def router(self) -> dict[str, Any]:
         """For zenohd on the robot; bridge and onboard process connect to it over the loopback."""
+        return self._door([self.endpoint, self.local_endpoint], "ca", ROBOT, MAX_SESSIONS)
+
+    def viewers(self) -> dict[str, Any]:
+        """For a zenohd of its own on the robot: viewers connect there, and it connects over the loopback."""
+        door = self._door([self.viewers_endpoint], "viewers-ca", VIEWERS, VIEWERS_MAX + 1)
+        return {**door, "connect": {"endpoints": [self.local_endpoint]}}
+
+    def _door(self, endpoints: list[str], authority: str, name: str, sessions: int) -> dict[str, Any]:
         return {
             "mode": "router",
-            "listen": {"endpoints": [self.endpoint, self.local_endpoint]},
+            "listen": {"endpoints": endpoints},
             "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
             "transport": {
-                "unicast": {"max_sessions": MAX_SESSIONS},
+                "unicast": {"max_sessions": sessions},
                 "link": {
                     "tx": {"lease": LEASE_MS},
                     "rx": {"max_message_size": MAX_BYTES + (64 << 10)},
                     "tls": {
-                        "root_ca_certificate": f"{self.folder}/ca.pem",
-                        "listen_certificate": f"{self.folder}/{ROBOT}.pem",
-                        "listen_private_key": f"{self.folder}/{ROBOT}.key",
+                        "root_ca_certificate": f"{self.folder}/{authority}.pem",
+                        "listen_certificate": f"{self.folder}/{name}.pem",
+                        "listen_private_key": f"{self.folder}/{name}.key",
                         "enable_mtls": True,
+                        "close_link_on_expiration": True,
                     },
                 },
             },

@@ -29,7 +29,7 @@ from openbelief.pose import Pose2
 from openbelief.traversability import OccupancyGrid
 from robot_app.certs.certificates import Identity, issue
 from robot_app.certs.folder import make_site
-from robot_app.certs.zenoh import AGENT, OPERATOR, VIEWER, WORKSTATION, ZenohSite
+from robot_app.certs.zenoh import AGENT, OPERATOR, VIEWER, VIEWERS_MAX, WORKSTATION, ZenohSite
 from robot_app.cli import main
 from robot_app.config import load_config
 from robot_app.remote.messages import VERBS, operator_key
@@ -58,17 +58,18 @@ class Room:
 
 
 def free_ports() -> int:
-    """The first of two free ports in a row."""
+    """The first of three free ports in a row."""
     for _ in range(50):
-        with socket.socket() as one, socket.socket() as two:
+        with socket.socket() as one, socket.socket() as two, socket.socket() as three:
             one.bind(("127.0.0.1", 0))
             port = one.getsockname()[1]
             try:
                 two.bind(("127.0.0.1", port + 1))
+                three.bind(("127.0.0.1", port + 2))
             except OSError:
                 continue
             return int(port)
-    raise RuntimeError("no two free ports in a row")
+    raise RuntimeError("no three free ports in a row")
 
 
 def new_site(folder: Path, port: int) -> ZenohSite:
@@ -82,7 +83,8 @@ class Robot:
 
     def __init__(self, folder: Path, opened: ExitStack) -> None:
         self.site, self.folder = new_site(folder, free_ports()), folder
-        opened.enter_context(zenoh.open(zenoh.Config.from_file(str(folder / "robot" / "bridge.json5"))))
+        for door in ("bridge.json5", "viewers.json5"):
+            opened.enter_context(zenoh.open(zenoh.Config.from_file(str(folder / "robot" / door))))
         self.clock, self.bridge = SimClock(10**18), opened.enter_context(SimBridge(self.site.local_endpoint))
         self.body = SimRobot(Room(), self.clock, Pose2(1.0, 1.0, 0.0))
         grid = Room().occupancy_grid()
@@ -264,7 +266,7 @@ def test_keys_are_their_owners_alone_and_are_never_overwritten(
     files = [Path(name) for name in json.loads(capsys.readouterr().out)["files"]]
     keys = [file for file in files if file.suffix == ".key"]
     assert {file.name for file in keys} == {
-        f"{name}.key" for name in ("ca", "robot", "workstation", "viewer", "operator", "agent")
+        f"{name}.key" for name in ("ca", "viewers-ca", "robot", "viewers", "workstation", "viewer", "operator", "agent")
     }
     assert {stat.S_IMODE(file.stat().st_mode) for file in keys} == {0o600}
     before = {file: file.read_bytes() for file in files}
@@ -319,3 +321,39 @@ def test_a_robot_that_would_listen_everywhere_is_refused(
         main(["certs", "-o", str(tmp_path / "site"), "--robot", address])
     assert "address" in capsys.readouterr().err
     assert not (tmp_path / "site").exists()
+
+
+def test_viewers_take_no_place_of_the_robot_or_the_operator(robot: Robot) -> None:
+    """As many viewers as their door lets in, and more: the robot's own processes and the operator still come in."""
+    refused = 0
+    for _ in range(VIEWERS_MAX + 2):
+        try:
+            robot.link(VIEWER)
+        except LinkLost:
+            refused += 1
+    assert refused >= 1
+    assert robot.link(WORKSTATION).alive
+    local = robot._opened.enter_context(ZenohLink(LinkConfig((robot.site.local_endpoint,))))
+    assert local.alive
+
+
+def test_a_viewers_certificate_opens_no_other_door(robot: Robot) -> None:
+    viewer = load_config(robot.folder / VIEWER / "robot.toml").zenoh
+    with pytest.raises(LinkLost), ZenohLink(LinkConfig((robot.site.endpoint,), tls=viewer.tls)):
+        pass
+
+
+def test_a_session_ends_when_its_certificate_expires(robot: Robot) -> None:
+    """One that is valid for six seconds more."""
+    key = serialization.load_pem_private_key((robot.folder / "ca.key").read_bytes(), None)
+    assert isinstance(key, ec.EllipticCurvePrivateKey)
+    authority = Identity("ca", x509.load_pem_x509_certificate((robot.folder / "ca.pem").read_bytes()), key)
+    folder = robot.folder / "short"
+    folder.mkdir()
+    issue(authority, WORKSTATION, [], time.time_ns() - DAY_NS + 6 * 10**9, 1, server=False).write(folder)
+    tls = dict(load_config(robot.folder / WORKSTATION / "robot.toml").zenoh.tls)
+    tls |= {"connect_certificate": f"{folder}/workstation.pem", "connect_private_key": f"{folder}/workstation.key"}
+    tls.pop("close_link_on_expiration")  # it is the robot that ends it
+    with ZenohLink(LinkConfig((robot.site.endpoint,), tls=tls)) as link:
+        assert link.alive
+        until(lambda: not link.alive)
