@@ -42,7 +42,7 @@ def draw_plan(graph: SceneGraph, ranks: Mapping[int, int] | None = None, title: 
     if title:
         figure.suptitle(printable(title, 100), color=INK, parse_math=False)
     for axes, texts in labels:
-        spread(axes, texts, drop=True)
+        spread(axes, texts, drop=not ranks)  # a candidate is never left out
     return figure
 
 

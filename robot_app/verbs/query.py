@@ -11,9 +11,10 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from openbelief.phrase import printable
 from robot_app.answers import READOUTS
 from robot_app.arguments import a_pose, from_one
-from robot_app.cli import print_json
+from robot_app.cli import Failure, print_json
 from robot_app.tables import add_wide
 
 if TYPE_CHECKING:
@@ -33,6 +34,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--limit", type=from_one, default=10, metavar="N", help="show at most N candidates (default 10)"
     )
+    parser.add_argument("--picture", type=Path, metavar="FILE.png|svg", help="draw the candidates on the plan")
+    parser.add_argument("--views", action="store_true", help="where was the best seen: its views, newest first")
+    parser.add_argument("--views-dir", type=Path, metavar="DIR", help="where --views writes pictures (default views)")
     add_wide(parser)
 
 
@@ -40,6 +44,7 @@ def run(options: argparse.Namespace) -> None:
     from robot_app.answers import request_of
     from robot_app.memories import open_with_encoder
 
+    _require_outputs(options)
     request = request_of(options.sentence)
     memory = open_with_encoder(options.memory)
     asked = memory.asked(request)
@@ -53,7 +58,47 @@ def run(options: argparse.Namespace) -> None:
         "state_hash": memory.state_hash,
     }
     report |= _grounded(memory, asked, options) if grounded else _paper(memory, asked, options)
-    print_json(report) if options.json else _show(report, wide=options.wide)
+    said = _extras(memory, report, options)
+    if options.json:
+        print_json(report)
+        return
+    _show(report, wide=options.wide)
+    for line in said:
+        print(printable(line, 400))
+
+
+def _require_outputs(options: argparse.Namespace) -> None:
+    """Raises Failure where a picture could not be written, before anything is asked."""
+    from robot_app.outputs import require_kind, require_writable
+
+    if options.views_dir and not options.views:
+        raise Failure("--views-dir says where the pictures of --views go: give --views too.")
+    if options.views_dir and options.views_dir.is_file():
+        raise Failure(f"{options.views_dir} is a file: name a folder for the views' pictures.")
+    if options.picture:
+        require_writable(options.picture)
+        require_kind(options.picture, "--picture", (".png", ".svg"))
+
+
+def _extras(memory: ObjectMemory, report: dict[str, Any], options: argparse.Namespace) -> list[str]:
+    """Draws and looks up what was asked for beside the ranking, adds it to the report, and says it for people."""
+    said = []
+    candidates = report["candidates"]
+    if options.picture:
+        from openbelief.scene_graph import scene_graph
+        from robot_app.pictures.plan import draw_plan, write_plan
+
+        ranks = {c["object_id"]: rank for rank, c in enumerate(candidates, start=1)}
+        write_plan(options.picture, draw_plan(scene_graph(memory), ranks, f"“{report['query']}”"))
+        report["picture"] = str(options.picture)
+        said.append(f"picture: {options.picture}")
+    if options.views:
+        from robot_app.seen_in import seen_in, told
+
+        rows = seen_in(memory, candidates[0]["object_id"], options.views_dir or Path("views")) if candidates else []
+        report["views"] = rows
+        said += told(rows, candidates[0]["label"] if candidates else None)
+    return said
 
 
 def _grounded(memory: ObjectMemory, asked: Asked, options: argparse.Namespace) -> dict[str, Any]:
@@ -106,7 +151,6 @@ FITTING = ("object", "score", "label", "room", "said of it")  # in 80 columns, b
 def _show(report: dict[str, Any], *, wide: bool) -> None:
     from rich.table import Table
 
-    from openbelief.phrase import printable
     from robot_app.answers import told
     from robot_app.tables import cell, chosen, number, show
 
