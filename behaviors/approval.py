@@ -11,11 +11,16 @@ from openbelief.memory import Candidate, ObjectMemory, ObjectNode
 CONCEPTS_NAMED = 3
 
 
-def approval_question(attempt: Attempt, ranking: Sequence[Candidate], memory: ObjectMemory) -> Question:
-    """Bound to the candidate, its goal pose and the memory; a yes to it is a yes to nothing else."""
+def approval_question(
+    attempt: Attempt, ranking: Sequence[Candidate], memory: ObjectMemory, doubt: str = ""
+) -> Question:
+    """Bound to the candidate, its goal pose and the memory; a yes to it is a yes to nothing else.
+
+    doubt: why it may not be what was asked for, "" where it surely is.
+    """
     approach = attempt.approach
     return Question(
-        sentence=_sentence(attempt),
+        sentence=f"I am not sure: {doubt}. {_sentence(attempt)}" if doubt else _sentence(attempt),
         memory_hash=memory.state_hash,
         object_id=attempt.node.id,
         goal=approach.goal.pose if approach else None,

@@ -15,6 +15,7 @@ class Event(StrEnum):
     ASKED = "asked"
     CANDIDATE_FOUND = "candidate_found"
     UNSEEN = "unseen"  # no pose can see the candidate
+    NOT_FOUND = "not_found"  # nothing on the map is surely what was asked for, and nobody insisted
     EXHAUSTED = "exhausted"  # retrieve is NONE (or three were set aside), and a candidate was verified
     NONE_VERIFIED = "none_verified"  # the same, and no candidate was ever verified
     APPROVED = "approved"
@@ -46,6 +47,7 @@ class End(StrEnum):
 
 NO_CANDIDATE_LEFT = "no candidate left"
 BUDGET_REACHED = "attempt budget reached"
+NOT_FOUND = "not found"
 NO_PATH = "the planner finds no path"
 NONE_WANTED = f"{NO_CANDIDATE_LEFT} that the operator wants"
 USE_THE_REMOTE = "the robot may still be moving: use the remote"
@@ -53,7 +55,8 @@ USE_THE_REMOTE = "the robot may still be moving: use the remote"
 # When each end is reached, for docs/mission.md and the console.
 ENDS = {
     End.CONFIRMED: "Visibility, semantic and geometric checks all passed at a candidate.",
-    End.FAILED: f"At least one candidate was verified and none confirmed: {NO_CANDIDATE_LEFT}, or {BUDGET_REACHED}.",
+    End.FAILED: f"At least one candidate was verified and none confirmed: {NO_CANDIDATE_LEFT}, or {BUDGET_REACHED}; or "
+    f"{NOT_FOUND}, and nothing was driven to.",
     End.NAVIGATION_FAILED: "No candidate could be verified: none was left that the robot could reach and see.",
     End.CANCELLED: "The operator stopped, declined or did not answer, or somebody else cancelled or replaced the goal.",
     End.FAULT: "Nav2, localisation, a sensor or the link was lost, the memory changed, or a cancel went unanswered.",
@@ -82,7 +85,15 @@ TOLD = {
 }
 
 # Events that end a mission and are not a FAULT already: the memory is compared with its beginning before they count.
-ENDING = {Event.EXHAUSTED, Event.NONE_VERIFIED, Event.DECLINED, Event.MATCHED, Event.BUDGET_REACHED, Event.STOP}
+ENDING = {
+    Event.NOT_FOUND,
+    Event.EXHAUSTED,
+    Event.NONE_VERIFIED,
+    Event.DECLINED,
+    Event.MATCHED,
+    Event.BUDGET_REACHED,
+    Event.STOP,
+}
 
 # The operator's answers to "may I?".
 REPLIES = {

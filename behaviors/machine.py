@@ -41,6 +41,7 @@ class MissionMachine(StateMachine):
     rejected = verify.to(exclude) | re_observe.to(exclude)
     excluded = exclude.to(retrieve)
     budget_reached = exclude.to(failed)
+    not_found = retrieve.to(failed)
     exhausted = retrieve.to(failed) | exclude.to(failed)
     none_verified = retrieve.to(navigation_failed) | exclude.to(navigation_failed)
     stop = cancelled.from_(query, retrieve, await_approval, navigate, verify, re_observe, exclude)

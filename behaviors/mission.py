@@ -22,8 +22,11 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Literal
 
+import numpy as np
+
 from behaviors.approval import approval_question
 from behaviors.arrival import arrival_frame, camera_mount, robot_pose
+from behaviors.asking import Retrieved, retrieve, viewer_of
 from behaviors.attempt import Attempt
 from behaviors.drive import RobotMayMove, drive, halted, refusal
 from behaviors.events import (
@@ -32,6 +35,7 @@ from behaviors.events import (
     NO_CANDIDATE_LEFT,
     NO_PATH,
     NONE_WANTED,
+    NOT_FOUND,
     REPLIES,
     TOLD,
     End,
@@ -57,9 +61,9 @@ from logs.trial.journal import Journal
 from logs.trial.recording_ports import recorded
 from openbelief.arrays import Array
 from openbelief.goal_pose import GoalSearch, goal_poses
+from openbelief.grounded.options import GroundedOptions
 from openbelief.memory import ObjectMemory
 from openbelief.parameters import Parameters
-from openbelief.target_phrase import target_phrase
 from openbelief.verification import Verdict, verify
 
 RANKED = 10  # candidates whose scores are written down
@@ -70,10 +74,17 @@ class Mission:
     """Runs one query at a time over a frozen memory. `journal` receives every consumed input and every decision."""
 
     def __init__(
-        self, ports: Ports, memory: ObjectMemory, parameters: Parameters, policy: MissionPolicy, journal: Journal
+        self,
+        ports: Ports,
+        memory: ObjectMemory,
+        parameters: Parameters,
+        policy: MissionPolicy,
+        journal: Journal,
+        grounded: GroundedOptions | None = None,
     ) -> None:
         self._ports, self._journal = recorded(ports, journal), journal
         self._memory, self._parameters, self._policy = memory, parameters, policy
+        self._grounded = grounded or GroundedOptions()
         self._acts: dict[str, Callable[[QueryProgress, Step], Step]] = {
             "query": self._query,
             "retrieve": self._retrieve,
@@ -89,8 +100,7 @@ class Mission:
 
         who, how: who asks, and by which client.
         """
-        query = QueryProgress(sentence)
-        target_phrase(sentence)
+        query = QueryProgress(self._memory.asked(sentence))
         self._journal.write(records.Query(sentence=sentence, who=who, how=how))
         machine, step, frozen = MissionMachine(), Step(Event.ASKED, ""), fingerprint(self._memory)
         while not machine.is_terminated:
@@ -112,17 +122,21 @@ class Mission:
         if why := self._ports.navigator.unavailable() or refusal(self._ports):
             return Step(Event.FAULT, why)
         query.mount = camera_mount(self._ports, self._policy)
+        query.viewer = viewer_of(query.asked.request, self._policy, self._ports)
         return Step(Event.ASKED, f"looking for {query.target!r}")
 
     def _retrieve(self, query: QueryProgress, _: Step) -> Step:
         """i <- retrieve(q, R_q), over what is not set aside either; and its goal poses g_i."""
         excluded = frozenset(query.rejected + query.set_aside)
-        ranking = query.ranking = self._memory.rank(query.sentence, self._policy.readout, excluded, RANKED)
+        found_now = retrieve(query.asked, self._memory, self._policy, self._grounded, excluded, RANKED, query.viewer)
+        ranking = query.ranking = found_now.candidates
         self._journal.write(
-            ranking_record(ranking, self._memory, query.target, self._policy.readout, query.rejected, query.set_aside)
+            ranking_record(found_now, self._memory, query.target, self._policy.readout, query.rejected, query.set_aside)
         )
         if not ranking:
-            return self._nothing_left(query, self._memory.nothing_because(query.sentence, excluded))
+            return self._nothing_left(query, self._memory.nothing_because(query.asked, excluded))
+        if doubted := self._doubted(query, found_now):
+            return doubted
         wanted = query.wanted
         node = self._memory.objects[wanted.object_id]
         found = self._goal_search(node.points, query)
@@ -138,12 +152,30 @@ class Mission:
             return Step(Event.UNREACHED, attempt.no_path_because)
         return Step(Event.CANDIDATE_FOUND, f"the {attempt.label} scores {wanted.score:.2f}")
 
+    def _doubted(self, query: QueryProgress, found: Retrieved) -> Step | None:
+        """Not found drives nowhere, unsure asks a person; None where it goes on. A person's own choice is no doubt."""
+        query.doubt_because, doubt, why = "", found.doubt, found.told(self._memory)
+        if doubt == "found" or query.picked is not None:
+            if why:
+                self._ports.operator.tell(f"Note: {why}.")
+            return None
+        if self._policy.doubt == "insist":
+            self._ports.operator.tell(f"{doubt.capitalize()}, and you insist: {why}.")
+            return None
+        if doubt == "unsure" and self._policy.doubt == "ask" and self._policy.motion == "ask":
+            query.doubt_because = why
+            return None
+        self._ports.operator.tell(f"{doubt.capitalize()}: {why}.")
+        if query.visits:
+            return Step(Event.EXHAUSTED, NO_CANDIDATE_LEFT)
+        return Step(Event.NOT_FOUND, NOT_FOUND if doubt == "not found" else f"unsure: {why}")
+
     def _await_approval(self, query: QueryProgress, _: Step) -> Step:
         """A person's yes for this candidate: the drive, its other goal pose, and the looks around it."""
         if self._policy.motion == "allow":
             return Step(Event.APPROVED, "the configuration allows motion without asking")
         attempt = query.current
-        asked = approval_question(attempt, query.ranking, self._memory)
+        asked = approval_question(attempt, query.ranking, self._memory, query.doubt_because)
         reply = self._ports.operator.confirm(asked, self._policy.confirm_timeout_s)
         event, because = REPLIES[reply.word]
         stopped = None
@@ -264,10 +296,7 @@ class Mission:
 
     def _query_feature(self, query: QueryProgress) -> Array:
         """f_q, (d,) float32 unit length."""
-        encoder = self._memory.text_encoder
-        if encoder is None:
-            raise ValueError(f"The memory was opened without its text encoder {self._memory.text_encoder_id!r}.")
-        return encoder.encode([query.target])[0]
+        return query.asked.f_q.astype(np.float32)
 
     def _ended(self, end: End, query: QueryProgress, step: Step) -> Outcome:
         outcome = Outcome(

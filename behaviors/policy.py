@@ -25,7 +25,10 @@ class MissionPolicy:
     navigation_timeout_s: Positive = 180.0
     standing: Literal["checked", "inferred"] = "checked"  # "inferred": trials of before it was looked at
     goal_tolerance_m: Positive = 0.5  # a robot that stands further from its goal has not arrived
-    readout: Literal["consensus", "early", "belief"] = "consensus"  # the paper's choice on the robot
+    readout: Literal["grounded", "consensus", "early", "belief"] = "grounded"  # "consensus": the paper's on the robot
+    # What is in doubt ("grounded" only): "ask" a person where it is unsure, "refuse" that too (nobody is there to ask),
+    # or "insist" and drive whatever the map says.
+    doubt: Literal["ask", "refuse", "insist"] = "ask"
 
     def to_dict(self) -> dict[str, Any]:
         return dataclasses.asdict(self)

@@ -7,15 +7,18 @@ from dataclasses import dataclass, field
 
 from behaviors.arrival import CameraMount
 from behaviors.attempt import Attempt
+from openbelief.grounded.geometry import Viewer
 from openbelief.memory import Candidate
-from openbelief.target_phrase import target_phrase
+from openbelief.request.asked import Asked
 
 
 @dataclass
 class QueryProgress:
     """q never changes, R and U only grow."""
 
-    sentence: str
+    asked: Asked  # parsed and embedded once, for ranking, checking and the record
+    viewer: Viewer | None = None  # where the robot stood when it was asked, where the sentence needs it
+    doubt_because: str = ""  # why the operator has to say, where it is unsure
     mount: CameraMount | None = None
     rejected: list[int] = field(default_factory=list)  # R_q
     set_aside: list[int] = field(default_factory=list)  # U
@@ -29,7 +32,8 @@ class QueryProgress:
 
     @property
     def target(self) -> str:
-        return target_phrase(self.sentence).text
+        """The words that the paper's readouts compare with the map."""
+        return self.asked.request.text
 
     @property
     def visits(self) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from behaviors.asking import Retrieved
 from behaviors.events import End, Outcome
 from behaviors.reobserve import Look
 from drivers.ports import PathPlan
@@ -24,19 +25,24 @@ def scored(candidate: Candidate, memory: ObjectMemory) -> records.Scored:
 
 
 def ranking_record(
-    candidates: Sequence[Candidate],
+    found: Retrieved,
     memory: ObjectMemory,
     target: str,
     readout: str,
     rejected: Sequence[int],
     set_aside: Sequence[int],
 ) -> records.Ranking:
+    answer = found.answer
     return records.Ranking(
         target=target,
         readout=readout,
         rejected=tuple(rejected),
         set_aside=tuple(set_aside),
-        candidates=tuple(scored(candidate, memory) for candidate in candidates),
+        candidates=tuple(scored(candidate, memory) for candidate in found.candidates),
+        answer=None if answer is None else answer.answer,
+        because="" if answer is None else answer.because,
+        understood=None if answer is None else answer.understood,
+        terms=() if answer is None else tuple(candidate.terms for candidate in answer.candidates),
     )
 
 

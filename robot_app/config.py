@@ -15,6 +15,7 @@ from behaviors.policy import MissionPolicy
 from behaviors.supervisor import SafetyPolicy
 from drivers.realsense.messages import COLOR_SIZES
 from openbelief.arrays import Array
+from openbelief.grounded.options import GroundedOptions
 from openbelief.parameters import Parameters
 from openbelief.pose import quaternion_from_rpy, transform
 
@@ -306,6 +307,7 @@ class Config(Section):
     voice: VoiceSection = VoiceSection()
     remote: RemoteSection = RemoteSection()
     mission: MissionPolicy = MissionPolicy()
+    grounded: GroundedOptions = GroundedOptions()
     safety: SafetyPolicy = SafetyPolicy()
     parameters: dict[str, Any] = Field(default_factory=dict)  # CORRECTION's, where unlike the memory's
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import field_validator
 
@@ -28,6 +28,10 @@ class Ranking(Decision):
     rejected: tuple[int, ...]
     set_aside: tuple[int, ...]
     candidates: tuple[Scored, ...]
+    answer: str | None = None  # of the readout "grounded": found, unsure, not found; None for the paper's
+    because: str = ""
+    understood: dict[str, Any] | None = None
+    terms: tuple[dict[str, float], ...] = ()  # what each part of the sentence added, by candidate
 
 
 class Chosen(Decision):

@@ -70,11 +70,12 @@ class Missions:
         how: str = "",
         watching: Sequence[Journal] = (),
         notes: Sequence[Entry] = (),
+        insist: bool = False,
     ) -> RecordedMission:
         """Run one mission to its end. Raises ValueError where the sentence names nothing.
 
         who, how: who asks, and by which client. watching: see everything as it is written.
-        notes: of how it was asked, for the trial.
+        notes: of how it was asked, for the trial. insist: drive there although the map may hold no such thing.
         """
         self.watch.heartbeat.resume()
         trial_id = f"{self.robot.clock.now_ns()}"
@@ -88,7 +89,8 @@ class Missions:
                 memory=self.memory,
                 memory_path=self._memory_path,
                 parameters=self._parameters,
-                policy=self._policy(how),
+                policy=self._policy(how, insist=insist),
+                grounded=self._config.grounded,
                 trial_id=trial_id,
                 query_id=f"{trial_id}-1",
                 configuration=dump_config(self._kept),
@@ -109,9 +111,10 @@ class Missions:
         if (trial := self._trial) is not None:
             trial.write(note.record, note.attached)
 
-    def _policy(self, how: str) -> MissionPolicy:
+    def _policy(self, how: str, *, insist: bool) -> MissionPolicy:
         """What an agent asks for never moves the robot without a person's yes, whatever the configuration allows."""
-        return replace(self._config.mission, motion="ask") if how == AGENT else self._config.mission
+        policy = replace(self._config.mission, doubt="insist") if insist else self._config.mission
+        return replace(policy, motion="ask") if how == AGENT else policy
 
     def _opened(self, trial: Journal) -> None:
         self._trial = trial

@@ -21,15 +21,20 @@ from logs.trial.journal import Entry, Journal, ListJournal, Tee
 from logs.trial.perception_comparison import PerceptionComparison
 from logs.trial.records import Checks, Chosen, Exclusion, Record
 from logs.trial.replay_ports import replay_ports
+from openbelief.grounded.options import GroundedOptions
 from openbelief.memory import ObjectMemory
 from openbelief.parameters import Parameters
 from openbelief.perception.ports import Perception, TextEncoder
 from openbelief.perception.stages import StagedPerception
-from openbelief.target_phrase import target_phrase
+from openbelief.request import command, parse
 from robot_app.cli import Failure
 from robot_app.perceptions import open_perception
 
-BEFORE = {"unseen": "set aside", "standing": "inferred"}  # what a trial did whose policy does not say
+BEFORE = {
+    "unseen": "set aside",
+    "standing": "inferred",
+    "readout": "consensus",
+}  # what a trial did whose policy does not say
 
 
 @dataclass(frozen=True)
@@ -66,6 +71,7 @@ def run_recorded(
     memory_path: Path,
     parameters: Parameters,
     policy: MissionPolicy,
+    grounded: GroundedOptions | None = None,
     trial_id: str,
     query_id: str,
     configuration: str | None = None,
@@ -81,14 +87,15 @@ def run_recorded(
     notes: of before the mission, for the trial: how it was asked. opened: is given the trial, for more of them.
     Raises ValueError where the sentence names nothing; no file is begun then.
     """
-    target_phrase(sentence)
+    not_a_command(sentence)
+    grounded = grounded or GroundedOptions()
     about = TrialHeader(
         trial_id=trial_id,
         query_id=query_id,
         memory_hash=memory.content_hash,
         state_hash=memory.state_hash,
         text_encoder_id=memory.text_encoder_id,
-        settings={"parameters": parameters.to_dict(), "policy": policy.to_dict()},
+        settings={"parameters": parameters.to_dict(), "policy": policy.to_dict(), "grounded": grounded.to_dict()},
     )
     with (
         trial_context(trial_id=trial_id, query_id=query_id),
@@ -99,8 +106,15 @@ def run_recorded(
             opened(journal)
         for note in notes:
             seen.write(note.record, note.attached)
-        outcome = Mission(ports, memory, parameters, policy, seen).run(sentence, who=who, how=how)
+        outcome = Mission(ports, memory, parameters, policy, seen, grounded).run(sentence, who=who, how=how)
     return outcome, journal.failure
+
+
+def not_a_command(sentence: str) -> None:
+    """Raises ValueError where a sentence starts no drive: it is a command, or names nothing."""
+    if (told := command(sentence)) is not None:
+        raise ValueError(f"{sentence.strip()!r} is the command {told!r}, not a thing to look for.")
+    parse(sentence)
 
 
 def replay_trial(
@@ -122,7 +136,8 @@ def replay_trial(
         journal = ListJournal()
         parameters = Parameters.from_dict(dict(trial.about.settings["parameters"]))
         policy = MissionPolicy.from_dict(BEFORE | dict(trial.about.settings["policy"]))
-        Mission(ports, memory, parameters, policy, journal).run(trial.query.sentence)
+        grounded = GroundedOptions.from_dict(dict(trial.about.settings.get("grounded", {})))
+        Mission(ports, memory, parameters, policy, journal, grounded).run(trial.query.sentence)
     if again is not None and again.failure is not None:
         raise TrialError(f"{again.id} could not look at the trial's frames: {again.failure}") from again.failure
     tolerance = EXACTLY if again is None else BY_PERCEPTION

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -33,6 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--config", type=Path, default=Path("robot.toml"), metavar="robot.toml", help="default robot.toml"
     )
     parser.add_argument("--yes", action="store_true", help="approve motion now, for every candidate of this mission")
+    parser.add_argument("--insist", action="store_true", help="drive there although the map may hold no such thing")
     parser.add_argument("--remote", action="store_true", help="command an openbelief run that is under way elsewhere")
     parser.add_argument("--take-over", action="store_true", help="with --remote: also where somebody else commands")
     parser.add_argument("--who", metavar="NAME", help="with --remote: who asks (default: the user)")
@@ -46,6 +48,8 @@ def run(options: argparse.Namespace) -> int:
 
     if (options.sentence is None) == (options.audio is None):
         raise Usage("say what to look for, or name a recording with --audio: one of both")
+    if options.remote and options.insist:
+        raise Usage("--insist is said where the robot is commanded: answer its question there")
     if options.remote and options.trial:
         raise Usage("--trial is where this machine records; with --remote the other end does")
     if (options.take_over or options.who) and not options.remote:
@@ -69,6 +73,8 @@ def _mission(options: argparse.Namespace) -> tuple[RecordedMission, Utterance | 
     from robot_app.voice import asking
 
     config = load_config(options.config)
+    if options.yes:  # nobody is there to ask about a doubt
+        config = config.model_copy(update={"mission": replace(config.mission, doubt="refuse")})
     recording = asking.Recording.open(options.audio, config.voice) if options.audio else None
     operator = Operator(approve_all="approved with --yes" if options.yes else "")
     correction = _Correction(operator)
@@ -86,7 +92,8 @@ def _mission(options: argparse.Namespace) -> tuple[RecordedMission, Utterance | 
             may_correct = sys.stdin.isatty() and not options.yes
             sentence = correction.corrected(utterance.transcript) if may_correct else utterance.transcript
         notes = asking.notes_of(utterance, sentence)
-        return missions.ask(sentence, options.trial, who=terminal.who, how=how, notes=notes), utterance
+        asked = missions.ask(sentence, options.trial, who=terminal.who, how=how, notes=notes, insist=options.insist)
+        return asked, utterance
 
 
 def _remote(options: argparse.Namespace) -> int:

@@ -16,6 +16,7 @@ TABLE = {
     ("retrieve", "candidate_found"): "await_approval",
     ("retrieve", "unseen"): "exclude",
     ("retrieve", "unreached"): "exclude",
+    ("retrieve", "not_found"): "failed",
     ("retrieve", "exhausted"): "failed",
     ("retrieve", "none_verified"): "navigation_failed",
     ("await_approval", "approved"): "navigate",
