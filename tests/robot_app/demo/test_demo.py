@@ -17,7 +17,10 @@ from sim_fakes.world.world import World
 SMALL = Path(__file__).parents[1] / "small_scene.json"
 README = Path(__file__).resolve().parents[3] / "README.md"
 EXTINGUISHER = "take me to the fire extinguisher"
-STORIES = [(1, EXTINGUISHER), (2, EXTINGUISHER), (4, EXTINGUISHER), (1, "find the green bucket")]
+STORIES = [
+    *((1, EXTINGUISHER), (2, EXTINGUISHER), (4, EXTINGUISHER)),
+    *((1, "find the green bucket"), (1, "find the saxophone")),  # the last is nowhere: nobody drives
+]
 
 
 def demo(capsys, folder: Path, *arguments: str) -> dict:
