@@ -8,6 +8,15 @@ from typing import Protocol
 from drivers.topics import Action, Service, Topic
 
 
+def bridge_version_key(zid: str = "*") -> str:
+    """Where zenoh-bridge-ros2dds says its version, in Zenoh's admin space; zid "*" for any."""
+    return (
+        f"@/{zid}/*/status/plugins/ros2dds/__version__"
+        if zid == "*"
+        else (f"@/{zid}/router/status/plugins/ros2dds/__version__")
+    )
+
+
 class Keys(Protocol):
     """Every key that the drivers use. Another way for ROS to cross Zenoh (rmw_zenoh) is another such class."""
 

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from drivers.ros.bridge_keys import BridgeKeys
+from drivers.ros.bridge_keys import BridgeKeys, bridge_version_key
 from drivers.topics import (
     ACTION_MAX_BYTES,
     COMPUTE_PATH_TO_POSE,
@@ -34,7 +34,13 @@ ACTIONS = (NAVIGATE_TO_POSE, COMPUTE_PATH_TO_POSE)
 READS = ["declare_subscriber", "declare_liveliness_subscriber", "liveliness_query", "query"]
 HEARS = ["put", "delete", "reply", "liveliness_token"]
 EVERYTHING = [*READS, *HEARS, "declare_queryable"]
-EVERYWHERE = ["**", "@/*/@ros2_lv/**", "**/@adv/**"]  # ** leaves out what begins with @: tokens, latched topics' pasts
+# ** leaves out what begins with @: tokens, latched topics' pasts, the bridge's version
+EVERYWHERE = [
+    "**",
+    "@/*/@ros2_lv/**",
+    "**/@adv/**",
+    bridge_version_key(),
+]  # ** leaves out what begins with @: tokens, latched topics' pasts
 
 
 @dataclass(frozen=True)
@@ -125,7 +131,12 @@ class ZenohSite:
                 _rule("be told of", ["declare_subscriber", "declare_queryable"], ["egress"], EVERYWHERE),
                 _rule("listen", READS[:3], ["ingress"], EVERYWHERE),
                 _rule("ask for the past", ["query"], ["ingress"], ["**/@adv/**"]),
-                _rule("ask whether Nav2 is up", ["query"], ["ingress"], [self.keys.service(IS_ACTIVE)]),
+                _rule(
+                    "ask whether Nav2 is up",
+                    ["query"],
+                    ["ingress"],
+                    [self.keys.service(IS_ACTIVE), bridge_version_key()],
+                ),
                 _rule("command", ["query"], ["ingress"], self.command_keys()),
                 _rule("serve the operator", ["declare_queryable", "reply"], ["ingress"], self.operator_keys(VERBS)),
                 _rule("be asked", ["query"], ["egress"], self.operator_keys(VERBS)),

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 
 from drivers.livox.driver import LivoxLidar
 from drivers.nav2.bridge import Nav2Bridge
+from drivers.nav2.bridge_age import LEAST, TESTED, bridge_versions, said
 from drivers.ports import PortError
 from drivers.realsense.camera import RealSenseCamera
 from drivers.topics import Topic, color_topic
@@ -59,6 +60,26 @@ def stays_here(endpoint: str) -> bool:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
         return host == "localhost"
+
+
+def check_bridge(patient: Examined) -> Iterator[Finding]:
+    """Its age: what an old one does wrong shows only as data that never comes."""
+    for wire in patient.robot.site.wires.values():
+        try:
+            versions = bridge_versions(wire.link)
+        except PortError as error:
+            yield Finding("bridge", Level.FAIL, str(error), MEND["link"])
+            continue
+        if not versions:
+            remedy = f"is it zenoh-bridge-ros2dds {said(LEAST)} or newer ({said(TESTED)} is what was tested)?"
+            yield Finding("bridge", Level.WARN, "it does not say its version", remedy)
+        for version in versions:
+            remedy = (
+                "" if version >= TESTED else f"install zenoh-bridge-ros2dds {said(TESTED)}, which is what was tested"
+            )
+            level = Level.OK if version >= TESTED else Level.WARN if version >= LEAST else Level.FAIL
+            lost = "" if version >= LEAST else ": /map and /tf_static never arrive behind one so old"
+            yield Finding("bridge", level, f"zenoh-bridge-ros2dds {said(version)}{lost}", remedy)
 
 
 def check_camera(patient: Examined) -> Iterator[Finding]:
@@ -231,6 +252,7 @@ def _moving(patient: Examined) -> dict[tuple[str, str], int]:
 
 ROBOT_CHECKS: tuple[Callable[[Examined], Iterator[Finding]], ...] = (
     check_link,
+    check_bridge,
     check_camera,
     check_lidar,
     check_clocks,

@@ -12,7 +12,7 @@ from typing import Any
 import zenoh
 from zenoh import ext
 
-from drivers.ros.bridge_keys import BridgeKeys, Keys
+from drivers.ros.bridge_keys import BridgeKeys, Keys, bridge_version_key
 from drivers.ros.zenoh_link import LinkConfig
 from drivers.topics import Action, Topic
 
@@ -42,6 +42,8 @@ class SimBridge:
     `flush` runs after each batch of samples: a Fence registers there, so that the driver has seen all of them.
     """
 
+    version = '"1.10.0"'  # as the bridge writes it: JSON
+
     def __init__(self, endpoint: str, keys: Keys | None = None) -> None:
         self.keys = keys or BridgeKeys()
         self._config = LinkConfig((endpoint,)).zenoh()
@@ -57,6 +59,7 @@ class SimBridge:
     def __enter__(self) -> SimBridge:
         self._session = zenoh.open(self._config)
         self._token(self.keys.bridge_token(self._zid))
+        self.answer(bridge_version_key(self._zid), lambda question: question.answer(self.version.encode()))
         return self
 
     def __exit__(

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -32,7 +33,7 @@ from robot_app.cli import main
 from robot_app.config import Config, LivoxSection, PortsSection, ZenohSection, load_config
 from robot_app.doctor.examination import examine_robot
 from robot_app.doctor.finding import Examined, Finding, Level
-from robot_app.doctor.robot import check_battery, check_lidar, check_watchdog, port_topics, stays_here
+from robot_app.doctor.robot import check_battery, check_bridge, check_lidar, check_watchdog, port_topics, stays_here
 from robot_app.doctor.sensors import check_real_camera, counter, examine_local
 from robot_app.doctor.topic_probe import ProbedTopic, TopicProbe
 from robot_app.doctor.workstation import check_certificates, check_disk, check_memory
@@ -367,3 +368,24 @@ def test_gaps_between_stamps_are_counted_as_missing() -> None:
 def test_what_a_robot_says_cannot_move_the_terminals_cursor() -> None:
     text = written(Finding("lidar", Level.FAIL, "\x1b[2Jgone", "look\nthere"))
     assert "\x1b" not in text and text.startswith("fail  lidar: ")
+
+
+@pytest.mark.parametrize(
+    ("version", "level", "words"),
+    [
+        ('"1.10.0"', Level.OK, "1.10.0"),
+        ('"1.11.2-dev"', Level.OK, "1.11.2"),
+        ('"v1.7.2"', Level.WARN, "1.7.2"),
+        ('"1.4.0"', Level.FAIL, "never arrive"),
+        ('"no version"', Level.WARN, "does not say its version"),
+    ],
+)
+def test_the_bridges_age_is_found_out(robot: Robot, version: str, level: Level, words: str) -> None:
+    bridge = robot.site.simulation.site.bridge
+    before, bridge.version = bridge.version, version
+    try:
+        [line] = check_bridge(SimpleNamespace(robot=robot))  # type: ignore[arg-type]  # it looks at the wires alone
+    finally:
+        bridge.version = before
+    assert line.level == level and words in line.said
+    assert bool(line.remedy) == (level != Level.OK)
