@@ -21,6 +21,7 @@ OBJECTS_SHOWN = 12  # of a room
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("memory", type=Path, metavar="SITE.belief")
     parser.add_argument("--plan", type=Path, metavar="FILE.png|svg", help="draw rooms, objects, walls and the walk")
+    parser.add_argument("--html", type=Path, metavar="FILE", help="the whole site as one page that needs nothing else")
     parser.add_argument("--view", type=int, metavar="N", help="tell of view N alone: where it was, what it shows")
     parser.add_argument("--out", type=Path, metavar="FILE.jpg", help="with --view: write its picture")
 
@@ -32,7 +33,7 @@ def run(options: argparse.Namespace) -> None:
 
     if options.out and options.view is None:
         raise Failure("--out writes the picture of a view: name one with --view N.")
-    for path in filter(None, (options.plan, options.out)):
+    for path in filter(None, (options.plan, options.html, options.out)):
         require_writable(path)
     if options.plan:
         require_kind(options.plan, "--plan", (".png", ".svg"))
@@ -46,6 +47,11 @@ def run(options: argparse.Namespace) -> None:
 
         write_plan(options.plan, draw_plan(graph))
         written["plan"] = str(options.plan)
+    if options.html:
+        from robot_app.pages.site import write_site_page
+
+        write_site_page(options.html, graph, options.memory.name)
+        written["html"] = str(options.html)
     if options.json:
         print_json(graph.as_json() | {"memory": str(options.memory), "lacks": graph.lacks} | written)
         return
