@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import ipaddress
 import re
-import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -15,6 +14,7 @@ from behaviors.policy import MissionPolicy
 from behaviors.supervisor import SafetyPolicy
 from drivers.realsense.messages import COLOR_SIZES
 from openbelief.arrays import Array
+from openbelief.documents import from_toml
 from openbelief.grounded.options import GroundedOptions
 from openbelief.parameters import Parameters
 from openbelief.pose import quaternion_from_rpy, transform
@@ -338,10 +338,10 @@ class Config(Section):
 def load_config(path: Path) -> Config:
     """Read robot.toml; raises ConfigError with one line that names what is wrong."""
     try:
-        values = tomllib.loads(path.read_text(encoding="utf-8"))
+        values = from_toml(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise ConfigError(f"{path} cannot be read: {error.strerror}; name another with --config") from error
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+    except ValueError as error:
         raise ConfigError(f"{path}: cannot be read as TOML: {error}") from error
     try:
         config = Config.model_validate(values)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from openbelief.documents import from_toml
 from robot_app.cli import Failure
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def load_profile(name: str) -> tuple[Profile, Path]:
     """The profile and the folder that its paths are relative to; "" is the built-in one. Raises Failure."""
     path = Path(name) if name else BUILT_IN
     try:
-        profile = Profile.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
+        profile = Profile.model_validate(from_toml(path.read_text(encoding="utf-8")))
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         where = ".".join(str(part) for part in first["loc"])

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from openbelief.documents import from_json
 from robot_app.cli import Failure
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ def read_rooms(path: Path) -> tuple[Room, ...]:
     from openbelief.rooms import rooms_of
 
     try:
-        said = json.loads(path.read_text(encoding="utf-8"))
+        said = from_json(path.read_text(encoding="utf-8"))
         rooms = rooms_of(said.get("rooms") if isinstance(said, dict) else said)
     except OSError as error:
         raise Failure(f"{path} cannot be read: {error.strerror}.") from error

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import zlib
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
@@ -29,6 +28,7 @@ from logs.mcap_io.scan import (
     record_at,
     summary_of,
 )
+from openbelief.documents import from_json
 
 PRIVATE_OPCODES = 0x80  # from here on: other people's records, to be passed over
 DATA_OPCODES = frozenset(
@@ -64,7 +64,7 @@ class LogMessage:
 
     def json(self) -> Any:
         """The parsed record of a JSON message."""
-        return json.loads(self.payload)
+        return from_json(self.payload)
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,6 +23,7 @@ from logs.trial.journal import Attached, Entry, Sound
 from logs.trial.records import RECORDS, Cloud, Ended, Frame, MapUsed, Query, Record, Spoken, Transition
 from logs.versions import commit, versions
 from openbelief.arrays import Array
+from openbelief.documents import from_json
 from openbelief.traversability import OccupancyGrid
 
 FORMAT = "openbelief.trial/1"
@@ -164,7 +165,7 @@ class TrialReader:
             memory_hash=identity["memory_hash"],
             state_hash=identity.get("state_hash"),
             text_encoder_id=identity["text_encoder_id"],
-            settings=json.loads(self._attachments[SETTINGS_NAME]),
+            settings=from_json(self._attachments[SETTINGS_NAME]),
         )
         self.entries = list(self._read())
 

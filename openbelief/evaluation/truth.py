@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 from collections.abc import Mapping
@@ -13,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from openbelief.arrays import Array
+from openbelief.documents import from_json
 
 FORMAT = "openbelief.truth/1"
 ABSENT = "absent"
@@ -69,7 +69,7 @@ def read_truth(path: str | os.PathLike[str]) -> Truth:
     """Raises TruthError with one clear line."""
     file = Path(path)
     try:
-        content = json.loads(file.read_text(encoding="utf-8"))
+        content = from_json(file.read_text(encoding="utf-8"))
     except OSError as error:
         raise TruthError(f"{file} cannot be read: {error.strerror}.") from error
     except ValueError as error:

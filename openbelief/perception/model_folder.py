@@ -6,12 +6,12 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from openbelief.documents import from_json
 from openbelief.perception.onnx_session import ModelFileError, OnnxModel, Provider
 
 FORMAT = "openbelief.model/1"
@@ -42,7 +42,7 @@ class ModelFolder:
         """model.json; raises ModelFolderError."""
         manifest = self.path / MANIFEST
         try:
-            about = json.loads(manifest.read_text(encoding="utf-8"))
+            about = from_json(manifest.read_text(encoding="utf-8"))
         except FileNotFoundError:
             raise ModelFolderError(
                 f"{manifest} is missing: make the folder with scripts/export (docs/perception.md)."

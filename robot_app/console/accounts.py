@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypedDict, get_args
 
+from openbelief.documents import from_json
 from robot_app.cli import Failure
 
 if TYPE_CHECKING:
@@ -74,7 +75,7 @@ class Accounts:
         if self.path is None or not self.path.exists():
             return {}
         try:
-            entries = json.loads(self.path.read_text(encoding="utf-8"))["accounts"]
+            entries = from_json(self.path.read_text(encoding="utf-8"))["accounts"]
             if all(set(e) == {"role", "password"} and e["role"] in ROLES for e in entries.values()):
                 return dict(entries)
         except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import asyncio
-import json
 from typing import Any
 
 from starlette.requests import HTTPConnection, Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
+from openbelief.documents import from_json
 from robot_app.console.accounts import Accounts
 from robot_app.console.doors import BODY_MAX
 from robot_app.console.sessions import SESSION_S, Rate, Session, Sessions
@@ -84,7 +84,7 @@ class Logins:
 async def body_of(request: Request) -> dict[str, Any]:
     """The JSON object of a request's body; {} where it is none."""
     try:
-        found = json.loads((await request.body())[:BODY_MAX])
+        found = from_json((await request.body())[:BODY_MAX])
     except ValueError:
         return {}
     return found if isinstance(found, dict) else {}

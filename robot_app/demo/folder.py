@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
+from openbelief.documents import from_json, from_toml
 from robot_app.cli import Failure
 
 MARKER = ".openbelief-demo"  # a folder with it is a demo's: a demo makes its own names in it anew
@@ -79,8 +78,8 @@ class Files:
     def _is_an_unmarked_demo(self) -> bool:
         """Demos once left no marker: the truth about a scene, and a configuration that is simulated throughout."""
         try:
-            truth = json.loads(self.truth.read_text(encoding="utf-8"))
-            config = tomllib.loads(self.config.read_text(encoding="utf-8"))
+            truth = from_json(self.truth.read_text(encoding="utf-8"))
+            config = from_toml(self.config.read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return False
         bodies = {body for port, body in config.get("ports", {}).items() if port != "battery"}

@@ -6,6 +6,8 @@ import json
 from pathlib import Path
 from typing import Any
 
+from openbelief.documents import from_json
+
 NOTE_MAX, NOTES_MAX = 2000, 200
 
 
@@ -22,7 +24,7 @@ def read_notes(trial: Path) -> list[dict[str, Any]]:
     found = []
     for line in lines:
         try:
-            note = json.loads(line)
+            note = from_json(line)
         except ValueError:
             continue
         if isinstance(note, dict) and {"at_ms", "who", "text"} <= set(note):

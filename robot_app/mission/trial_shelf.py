@@ -16,6 +16,7 @@ from pydantic import ValidationError
 
 from logs.mcap_io.reader import LogError, LogReader
 from logs.trial.records import RECORDS, Checks, Chosen, Ended, Exclusion, Query, Record
+from openbelief.documents import from_json
 from robot_app.mission.trials import stories_of
 
 INDEX = ".trials-index.json"
@@ -123,7 +124,7 @@ def _records(path: Path) -> tuple[list[Record], int]:
 def _stored(path: Path) -> dict[str, dict[str, Any]]:
     """The index of last time; none where it is another version's, or no index."""
     try:
-        stored = json.loads(path.read_text(encoding="utf-8"))
+        stored = from_json(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return {}
     return stored["trials"] if isinstance(stored, dict) and stored.get("format") == FORMAT else {}

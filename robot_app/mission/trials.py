@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tempfile
-import tomllib
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
@@ -21,6 +20,7 @@ from logs.trial.journal import Entry, Journal, ListJournal, Tee
 from logs.trial.perception_comparison import PerceptionComparison
 from logs.trial.records import Checks, Chosen, Exclusion, Record
 from logs.trial.replay_ports import replay_ports
+from openbelief.documents import from_toml
 from openbelief.grounded.options import GroundedOptions
 from openbelief.memory import ObjectMemory
 from openbelief.parameters import Parameters
@@ -162,7 +162,7 @@ def perception_again(trial: TrialReader, memory: ObjectMemory, spec: str, seed: 
 
 def _seed(trial: TrialReader) -> int:
     """Of the trial's simulation; 0 where nothing was simulated."""
-    return int(tomllib.loads(trial.configuration or "").get("sim", {}).get("seed", 0))
+    return int(from_toml(trial.configuration or "").get("sim", {}).get("seed", 0))
 
 
 def trial_memory(trial: TrialReader, memory_path: Path | None) -> ObjectMemory:
@@ -236,8 +236,8 @@ def _simulated(configuration: str | None) -> bool | None:
     if configuration is None:
         return None
     try:
-        bodies = tomllib.loads(configuration).get("ports", {})
-    except tomllib.TOMLDecodeError:
+        bodies = from_toml(configuration).get("ports", {})
+    except ValueError:
         return None
     return bool(bodies.get("navigator", "sim") == "sim")
 

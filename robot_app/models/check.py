@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import time
 from collections.abc import Sequence
@@ -13,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from openbelief.arrays import Array
+from openbelief.documents import from_json
 from openbelief.perception.onnx_session import PROVIDERS, TENSORRT, OnnxModel, content_hash
 from openbelief.perception.ports import PerceptionFailed
 from robot_app.cli import Failure
@@ -65,7 +65,7 @@ def _exported(path: Path) -> dict[Path, FileFacts]:
     if not manifest.is_file():
         return {}
     try:
-        files = json.loads(manifest.read_text(encoding="utf-8"))["files"]
+        files = from_json(manifest.read_text(encoding="utf-8"))["files"]
         names = [path.name, *({f"{path.name}.data"} & files.keys())]
         return {path.with_name(name): FileFacts.model_validate(files[name]) for name in names}
     except (ValueError, KeyError, TypeError, AttributeError) as error:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import json
-import tomllib
 from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from openbelief.documents import from_json, from_toml
 from openbelief.perception.mask_line import one_line
 from robot_app.cli import Failure
 
@@ -44,7 +44,7 @@ class ModelEntry(BaseModel):
 
 def table() -> dict[str, ModelEntry]:
     text = Path(__file__).with_name("models.toml").read_text(encoding="utf-8")
-    return {name: ModelEntry.model_validate(row) for name, row in tomllib.loads(text).items()}
+    return {name: ModelEntry.model_validate(row) for name, row in from_toml(text).items()}
 
 
 def row(name: str) -> ModelEntry:
@@ -63,7 +63,7 @@ class Lock:
         self._files: dict[str, FileFacts] = {}
         if self.path.exists():
             try:
-                entries = json.loads(self.path.read_text(encoding="utf-8"))
+                entries = from_json(self.path.read_text(encoding="utf-8"))
                 self._files = {key: FileFacts.model_validate(facts) for key, facts in entries.items()}
             except (OSError, ValueError, AttributeError, ValidationError) as error:
                 why = one_line(error) if isinstance(error, ValueError) else str(error)

@@ -133,14 +133,13 @@ def _beside(recording: Path) -> str:
 
 
 def _parameters(path: Path | None) -> Parameters:
-    import tomllib
-
+    from openbelief.documents import from_toml
     from openbelief.parameters import Parameters
 
     if path is None:
         return Parameters()
     try:
-        return Parameters.from_dict(tomllib.loads(path.read_text(encoding="utf-8")))
+        return Parameters.from_dict(from_toml(path.read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError) as error:
         raise Failure(f"--parameters {path}: {error}") from error
 

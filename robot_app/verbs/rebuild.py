@@ -7,10 +7,10 @@ which points were taken from a frame (voxel, depth range, filters) needs `openbe
 from __future__ import annotations
 
 import argparse
-import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from openbelief.documents import from_toml
 from robot_app.cli import Failure, print_json
 
 if TYPE_CHECKING:
@@ -94,7 +94,7 @@ def _changes(options: argparse.Namespace) -> dict[str, Any]:
     changes: dict[str, Any] = {}
     try:
         if options.parameters:
-            changes |= tomllib.loads(options.parameters.read_text(encoding="utf-8"))
+            changes |= from_toml(options.parameters.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise Failure(f"--parameters {options.parameters}: {error}") from error
     for each in options.set:
@@ -110,8 +110,8 @@ def _setting(text: str) -> dict[str, Any]:
     if not equals:
         raise argparse.ArgumentTypeError(f"should be NAME=VALUE, not {text!r}")
     try:
-        setting = {name: tomllib.loads(f"value = {value}")["value"]}
-    except tomllib.TOMLDecodeError:
+        setting = {name: from_toml(f"value = {value}")["value"]}
+    except ValueError:
         setting = {name: value}
     try:
         Parameters.from_dict(setting)

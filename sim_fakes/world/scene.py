@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from openbelief.documents import from_json
 from sim_fakes.world.furniture import PALETTE, SHAPES
 
 FORMAT = "openbelief.scene/1"
@@ -133,7 +133,7 @@ def read_scene(path: Path) -> tuple[Scene, str]:
     """The scene and the hash of its bytes. Raises SceneError."""
     try:
         data = path.read_bytes()
-        raw = json.loads(data, object_pairs_hook=_no_duplicates)
+        raw = from_json(data, object_pairs_hook=_no_duplicates)
         return Scene.model_validate(raw), hashlib.sha256(data).hexdigest()[:16]
     except OSError as error:
         raise SceneError(f"Scene {path}: {error.strerror}.") from error
