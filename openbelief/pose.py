@@ -82,6 +82,14 @@ def transform(translation: Array | list[float], quaternion_xyzw: Array | list[fl
     return T
 
 
+def is_rigid(T: Array) -> bool:
+    """Whether a (4, 4) matrix is a finite rotation, not a reflection, with a translation."""
+    R = T[:3, :3]
+    if not np.isfinite(T).all() or not np.array_equal(T[3], [0.0, 0.0, 0.0, 1.0]):
+        return False
+    return bool(np.abs(R @ R.T - np.eye(3)).max() < 1e-3 and np.linalg.det(R) > 0)
+
+
 def quaternion_xyzw(T: Array) -> Array:
     """(4,) unit quaternion_xyzw (w >= 0) of a (4, 4) transform's rotation."""
     R = T[:3, :3]

@@ -130,7 +130,14 @@ class WatchdogView:
         replies = self._link.get(self._keys.reset, b"", RESET_S)
         if not replies.payloads:
             raise PortError("The watchdog does not answer: is `openbelief onboard` running on the robot?")
-        return unpacked(ResetReply, replies.payloads[0])
+        try:
+            said = [unpacked(ResetReply, payload) for payload in replies.payloads]
+        except WatchdogWireError as error:
+            raise PortError(
+                f"What answered on the watchdog's key is no watchdog's answer ({error}): it may still be latched. "
+                "Are `openbelief onboard` and this program of one version, and does nothing else answer there?"
+            ) from error
+        return next((reply for reply in said if not reply.ok), said[0])
 
     def _hear(self, payload: bytes) -> None:
         try:

@@ -219,8 +219,17 @@ class TrialReader:
             except (ValidationError, WireError, KeyError, ValueError) as error:
                 if isinstance(error, LogError):
                     raise
-                first = str(error).splitlines()[0]
-                raise TrialError(f"{self.path}: a record on {message.topic} cannot be read: {first}") from error
+                raise TrialError(
+                    f"{self.path}: a record on {message.topic} cannot be read: {_first_words(error)}"
+                ) from error
+
+
+def _first_words(error: Exception) -> str:
+    """One line; of pydantic's several, the field and what is wrong with it."""
+    if isinstance(error, ValidationError):
+        first = error.errors(include_url=False)[0]
+        return f"{'.'.join(map(str, first['loc'])) or 'it'}: {first['msg']}"
+    return str(error).splitlines()[0] if str(error) else type(error).__name__
 
 
 def _entry(

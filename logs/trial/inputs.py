@@ -7,12 +7,13 @@ from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
-from pydantic import AliasChoices, Field
+from pydantic import AliasChoices, Field, field_validator
 
 from drivers.ports import CameraFrame, LidarCloud
 from logs.trial.parts import Calibration, Input, PlanarPose, Segment
 from openbelief.arrays import Array
 from openbelief.observation import Mask
+from openbelief.pose import is_rigid
 from openbelief.traversability import OccupancyGrid
 
 
@@ -54,6 +55,13 @@ class Transform(Input):
     stamp_ns: int
     frame_id: str
     T_map_frame: tuple[float, ...]
+
+    @field_validator("T_map_frame")
+    @classmethod
+    def _rigid(cls, values: tuple[float, ...]) -> tuple[float, ...]:
+        if len(values) != 16 or not is_rigid(np.array(values).reshape(4, 4)):
+            raise ValueError("it is no rigid transform: a rotation and a translation, finite, row by row")
+        return values
 
     @classmethod
     def of(cls, stamp_ns: int, frame_id: str, T: Array) -> Transform:

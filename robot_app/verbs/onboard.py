@@ -59,6 +59,7 @@ def _reset(config: Config, *, as_json: bool) -> int:
     from drivers.ros.bridge_keys import BridgeKeys
     from drivers.ros.zenoh_link import LinkConfig, ZenohLink
     from drivers.watchdog.heartbeat import WatchdogView
+    from logs.structured import neutralise
 
     with ZenohLink(LinkConfig((config.zenoh.endpoint,), tls=config.zenoh.tls)) as link:
         reply = WatchdogView(link, BridgeKeys(config.zenoh.namespace)).reset()
@@ -67,5 +68,5 @@ def _reset(config: Config, *, as_json: bool) -> int:
     if not reply.ok:
         raise Failure(f"The watchdog stays latched: {reply.reason}.")
     if not as_json:
-        print(f"The watchdog is reset{f' ({reply.reason})' if reply.reason else ''}.")
+        print(neutralise(f"The watchdog is reset{f' ({reply.reason})' if reply.reason else ''}."))
     return 0

@@ -93,6 +93,16 @@ def test_a_reset_is_refused_while_nav2_has_not_acknowledged(rig, deadman, eventu
         eventually(lambda: bool(deadman.step(0.3)) and deadman.view.reset().ok)
 
 
+@pytest.mark.parametrize("answer", [b"", b"garbage", b"\xff\xfe", b"{}", b'{"ok": "maybe"}', b"[" * 5000, b"x" * 9000])
+def test_a_garbage_answer_to_a_reset_is_one_sentence_and_no_reset(rig, answer):
+    keys = WatchdogKeys(BridgeKeys())
+    with ZenohLink(rig.site.link_config) as stranger:
+        stranger.answer(keys.reset, lambda _: answer)
+        with pytest.raises(PortError, match="may still be latched") as refused:
+            WatchdogView(rig.link, BridgeKeys()).reset()
+    assert "\n" not in str(refused.value)
+
+
 def test_a_heart_whose_link_once_refused_a_beat_can_be_made_to_beat_again(rig, deadman, eventually, monkeypatch):
     def refuse(*_: object, **__: object) -> None:
         raise LinkLost("The Zenoh link is closed.")
