@@ -22,7 +22,7 @@ from drivers.ros.transform_tree import TransformMissing, TransformTree
 from logs.frames.calibrations import Calibrations
 from logs.frames.reasons import TRANSFORM_REASONS, FrameReason, RecordingError, Skip, SkipFrame
 from logs.frames.scan import ImageHead, Scan
-from logs.frames.topics import PREFERRED_COLOR, PREFERRED_DEPTH, RecordingTopics, base, choose, unread
+from logs.frames.topics import PREFERRED_COLOR, PREFERRED_DEPTH, SHOWN, RecordingTopics, base, choose, unread
 from openbelief.arrays import Array
 from openbelief.observation import Intrinsics
 
@@ -148,12 +148,14 @@ def _missing(what: str, file: RecordingFile, found: Scan) -> str:
     bad = ", ".join(f"{count} x {name}" for name, count in found.unreadable.most_common())
     words = f" It has {bad}." if bad else ""
     if file.damage:
-        return (
-            f"{file} is damaged before its first {what}: {file.damage}.{words} "
-            f"Keep what it still holds with: openbelief recover {file.name}"
-        )
+        first = what if what == "camera info" else f"{what} image"
+        limit = "limit" in file.damage  # whole, but more than is read: recover would leave it out, too
+        rescue = f" Keep what it still holds with: openbelief recover {file.name}" if file.kind == "MCAP" else ""
+        state = "cannot be read up to" if limit else "is damaged before"
+        return f"{file} {state} its first {first}: {file.damage}.{words}{'' if limit else rescue}"
     pictures = ", ".join(f"{t} ({'/'.join(sorted(found.encodings[t]))})" for t in sorted(found.images))
-    others = f" Images in it: {pictures}." if pictures and what != "camera info" else ""
+    held = ", ".join(f"{topic} ({kind})" for topic, kind in sorted(found.types.items())[:SHOWN])
+    others = f" Images in it: {pictures}." if pictures and what != "camera info" else f" It holds: {held or 'nothing'}."
     return (
         f"{file} holds no {what} topic, so no frame can be made of it; record it as well."
         f"{others}{words}{unread(found.foreign)}"

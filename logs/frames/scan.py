@@ -50,6 +50,7 @@ class Scan:
     static: list[tuple[int, str, str, Array | None]] = field(default_factory=list)
     encodings: dict[str, set[str]] = field(default_factory=lambda: defaultdict(set))
     foreign: dict[str, tuple[str, str]] = field(default_factory=dict)
+    types: dict[str, str] = field(default_factory=dict)
     unreadable: Counter[str] = field(default_factory=Counter)
     maps: dict[int, Message] = field(default_factory=dict)
     messages: int = 0
@@ -96,6 +97,7 @@ def scan(log: Recording, max_tf_gap_s: float, file: int = 0) -> Scan:
     for message in log:
         mark = Mark(found.messages, message.log_time_ns, message.stamp_ns)
         found.messages += 1
+        found.types[message.topic] = message.type_name
         first, last = found.log_times_ns or (mark.log_time_ns, mark.log_time_ns)
         found.log_times_ns = min(first, mark.log_time_ns), max(last, mark.log_time_ns)
         if not is_read(message.encoding, message.type_name):
@@ -128,6 +130,8 @@ def joined(scans: Sequence[Scan]) -> Scan:
             whole.encodings[topic] |= names
         whole.static += part.static
         whole.foreign |= part.foreign
+        whole.types |= part.types
+        whole.unreadable += part.unreadable
         whole.messages += part.messages
     return whole
 

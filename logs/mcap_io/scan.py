@@ -266,7 +266,7 @@ def _expand(chunk: records.Chunk, offset: int) -> bytes:
     if size > limit:
         raise Damage(
             f"the chunk at byte {offset} would expand to {size} bytes, more than the limit of {limit}: "
-            "record with smaller chunks, or rewrite the file (mcap compress --chunk-size)"
+            "record with smaller chunks, or rewrite the file with smaller ones"
         )
     if chunk.compression not in EXPANDERS:
         raise Damage(f"the chunk at byte {offset} is compressed with {chunk.compression!r}, which is unknown")
