@@ -12,15 +12,15 @@ CONCEPTS_NAMED = 3
 
 
 def approval_question(
-    attempt: Attempt, ranking: Sequence[Candidate], memory: ObjectMemory, doubt: str = ""
+    attempt: Attempt, ranking: Sequence[Candidate], memory: ObjectMemory, target: str, doubt: str = ""
 ) -> Question:
     """Bound to the candidate, its goal pose and the memory; a yes to it is a yes to nothing else.
 
-    doubt: why it may not be what was asked for, "" where it surely is.
+    target: the thing that was asked for. doubt: why it may not be what was asked for, "" where it surely is.
     """
-    approach = attempt.approach
+    approach, sentence = attempt.approach, _sentence(attempt, target)
     return Question(
-        sentence=f"I am not sure: {doubt}. {_sentence(attempt)}" if doubt else _sentence(attempt),
+        sentence=f"I am not sure: {doubt}. {sentence}" if doubt else sentence,
         memory_hash=memory.state_hash,
         object_id=attempt.node.id,
         goal=approach.goal.pose if approach else None,
@@ -46,12 +46,34 @@ def why(candidate: Candidate, ranking: Sequence[Candidate], memory: ObjectMemory
     return f"{says} It scores {candidate.score:.2f}; the next one, {rival}, {others[0].score:.2f}."
 
 
-def _sentence(attempt: Attempt) -> str:
-    length = f", {attempt.approach.length_m:.1f} m away" if attempt.approach else ""
-    room = f" in the {attempt.node.room}" if attempt.node.room else ""
+def destination(attempt: Attempt, target: str) -> str:
+    """Where the robot would go, how far that is, and why there where the map calls it by another name."""
+    return f"the {attempt.label}{_room(attempt)}{_length(attempt)}{_other_name(attempt.node, target)}"
+
+
+def _sentence(attempt: Attempt, target: str) -> str:
     if attempt.unseen_because:
-        return f"The {attempt.label}{room}: {attempt.unseen_because} May I walk there{length}, and try all the same?"
-    return f"May I walk to the {attempt.label}{room}{length}, and look at it?"
+        where = f"The {attempt.label}{_room(attempt)}{_other_name(attempt.node, target)}"
+        return f"{where}: {attempt.unseen_because} May I walk there{_length(attempt)}, and try all the same?"
+    return f"May I walk to {destination(attempt, target)}, and look at it?"
+
+
+def _room(attempt: Attempt) -> str:
+    return f" in the {attempt.node.room}" if attempt.node.room else ""
+
+
+def _length(attempt: Attempt) -> str:
+    return f", {attempt.approach.length_m:.1f} m away" if attempt.approach else ""
+
+
+def _other_name(node: ObjectNode, target: str) -> str:
+    """ " (mapped as ...; 2 of 9 looks say ...)"; empty where the map calls it what was asked."""
+    label, asked = (node.label or "").lower(), target.lower()
+    if not label or asked in label or label in asked:
+        return ""
+    says = sum(asked in (observation.phrase or "").lower() for observation in node.observations)
+    looks = f"; {says} of {len(node.observations)} looks say {target!r}" if says else ""
+    return f" (mapped as {node.label!r}{looks})"
 
 
 def _name(node: ObjectNode) -> str:

@@ -24,7 +24,7 @@ from typing import Literal
 
 import numpy as np
 
-from behaviors.approval import approval_question
+from behaviors.approval import approval_question, destination
 from behaviors.arrival import arrival_frame, camera_mount, robot_pose
 from behaviors.asking import Retrieved, retrieve, viewer_of
 from behaviors.attempt import Attempt
@@ -173,9 +173,10 @@ class Mission:
     def _await_approval(self, query: QueryProgress, _: Step) -> Step:
         """A person's yes for this candidate: the drive, its other goal pose, and the looks around it."""
         if self._policy.motion == "allow":
+            self._ports.operator.tell(f"I walk to {destination(query.current, query.target)}.")
             return Step(Event.APPROVED, "the configuration allows motion without asking")
         attempt = query.current
-        asked = approval_question(attempt, query.ranking, self._memory, query.doubt_because)
+        asked = approval_question(attempt, query.ranking, self._memory, query.target, query.doubt_because)
         reply = self._ports.operator.confirm(asked, self._policy.confirm_timeout_s)
         event, because = REPLIES[reply.word]
         stopped = None

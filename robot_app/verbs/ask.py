@@ -66,6 +66,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _mission(options: argparse.Namespace) -> tuple[RecordedMission, Utterance | None]:
     from robot_app.config import load_config
+    from robot_app.mission.distance_line import DistanceLine
     from robot_app.mission.missions import open_missions
     from robot_app.mission.operator import Operator
     from robot_app.mission.terminal import HOW, Terminal
@@ -92,8 +93,16 @@ def _mission(options: argparse.Namespace) -> tuple[RecordedMission, Utterance | 
             may_correct = sys.stdin.isatty() and not options.yes
             sentence = correction.corrected(utterance.transcript) if may_correct else utterance.transcript
         notes = asking.notes_of(utterance, sentence)
-        asked = missions.ask(sentence, options.trial, who=terminal.who, how=how, notes=notes, insist=options.insist)
-        return asked, utterance
+        recorded = missions.ask(
+            sentence,
+            options.trial,
+            who=terminal.who,
+            how=how,
+            notes=notes,
+            watching=[DistanceLine(sys.stderr)],
+            insist=options.insist,
+        )
+        return recorded, utterance
 
 
 def _remote(options: argparse.Namespace) -> int:

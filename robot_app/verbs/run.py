@@ -11,6 +11,7 @@ only, unless a host is named; that needs a certificate (openbelief certs) and an
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -64,6 +65,7 @@ def listening(text: str) -> Listening:
 
 
 def _at_the_terminal(config: Config, *, as_json: bool) -> None:
+    from robot_app.mission.distance_line import DistanceLine
     from robot_app.mission.live import run_missions
     from robot_app.mission.missions import open_missions
     from robot_app.mission.operator import Operator
@@ -80,11 +82,18 @@ def _at_the_terminal(config: Config, *, as_json: bool) -> None:
         if not heard:
             operator.tell(f"Ready over {config.memory}. Ask for a thing; an empty line ends.")
             with open_remote(config, operator, missions) as watching:
-                run_missions(missions, operator, heard, report=print_json if as_json else None, watching=watching)
+                run_missions(
+                    missions,
+                    operator,
+                    heard,
+                    report=print_json if as_json else None,
+                    watching=(DistanceLine(sys.stderr), *watching),
+                )
 
 
 def _by_voice(config: Config, *, as_json: bool) -> None:
     """The terminal, where an empty line begins to listen and the next one ends it."""
+    from robot_app.mission.distance_line import DistanceLine
     from robot_app.mission.live import run_missions
     from robot_app.mission.missions import open_missions
     from robot_app.mission.operator import Operator
@@ -111,7 +120,13 @@ def _by_voice(config: Config, *, as_json: bool) -> None:
         more = {"ask": talk.ask, "end": operator.end}
         with Terminal(operator, who=config.recording.operator, where_empty=talk.turn, more=more):
             operator.tell(f"Ready over {config.memory}. Press Enter to speak, and again to end; type end to leave.")
-            run_missions(missions, operator, heard, report=print_json if as_json else None, watching=watching)
+            run_missions(
+                missions,
+                operator,
+                heard,
+                report=print_json if as_json else None,
+                watching=(DistanceLine(sys.stderr), *watching),
+            )
 
 
 def with_console(config: Config, listening: Listening, *, as_json: bool) -> None:

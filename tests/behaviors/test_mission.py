@@ -171,7 +171,7 @@ def test_a_site_may_allow_motion_without_asking(stage, extinguisher):
     s = stage([extinguisher])
     s.policy = type(s.policy)(motion="allow")
     assert s.run().end is End.CONFIRMED
-    assert s.asked == []
+    assert s.asked == [] and any(told.startswith("I walk to the fire extinguisher") for told in s.told)
 
 
 STOPS = {

@@ -1,0 +1,44 @@
+"""While the robot drives, the terminal says how far it still is; nothing of that line is left behind."""
+
+from __future__ import annotations
+
+import io
+
+from logs.trial.records import Feedback, PlanarPose, Transition
+from robot_app.mission.distance_line import DistanceLine
+
+ARRIVED = Transition(source="navigate", event="arrived", target="verify", because="")
+
+
+class Screen(io.StringIO):
+    def __init__(self, *, terminal: bool) -> None:
+        super().__init__()
+        self._terminal = terminal
+
+    def isatty(self) -> bool:
+        return self._terminal
+
+
+def drive(screen: Screen, seconds: int) -> str:
+    """Feedback ten times a second, a tenth of a metre each, then the arrival."""
+    line = DistanceLine(screen)
+    for k in range(seconds * 10):
+        pose = PlanarPose(x=k / 10, y=0.0, yaw=0.0)
+        left_m = seconds - k / 10
+        line.write(
+            Feedback(
+                stamp_ns=k * 10**8 + 1, pose=pose, distance_remaining_m=left_m, navigation_time_s=k / 10, recoveries=0
+            )
+        )
+    line.write(ARRIVED)
+    return screen.getvalue()
+
+
+def test_a_terminal_has_one_line_that_is_rewritten_and_cleared() -> None:
+    shown = drive(Screen(terminal=True), 10)
+    assert "10.0 m to go" in shown and "0.5 m to go" in shown and "\n" not in shown
+    assert shown.count("m to go") == 20 and shown.endswith("\r\x1b[K")
+
+
+def test_a_log_gets_a_line_now_and_then() -> None:
+    assert drive(Screen(terminal=False), 12).splitlines() == ["12.0 m to go", "7.0 m to go", "2.0 m to go"]
