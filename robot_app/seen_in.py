@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from openbelief.memory import ObjectMemory
-from openbelief.views import View, views_of
+from openbelief.views import View, best_views, views_of
 from robot_app.cli import Failure
 from robot_app.pictures.sightings import view_with_thing
 
@@ -18,6 +18,13 @@ def views_of_object(memory: ObjectMemory, object_id: int) -> list[View]:
     """The views that show an object, newest first."""
     found = [view for view in views_of(memory, [memory.objects[object_id]]) if view.objects]
     return sorted(found, key=lambda view: (-view.stamp_ns, view.recording))
+
+
+def best_view_of(memory: ObjectMemory, object_id: int) -> View | None:
+    """The view that shows an object best, None where none does."""
+    views = views_of(memory, [memory.objects[object_id]])
+    index = best_views(views).get(object_id)
+    return None if index is None else views[index]
 
 
 def seen_in(memory: ObjectMemory, object_id: int, folder: Path) -> list[dict[str, Any]]:

@@ -1,6 +1,7 @@
 """Every phrase, weight, frame and mask behind an object, and the belief that follows from them.
 
-OBJECT is the number that `openbelief query` shows. --crops writes what each mask looked like.
+OBJECT is the number that `openbelief query` shows. --crops writes what each mask looked like; --html makes one page of
+all of it.
 """
 
 from __future__ import annotations
@@ -23,12 +24,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("memory", type=Path, metavar="SITE.belief")
     parser.add_argument("object", type=int, metavar="OBJECT", help="object id, as shown by `openbelief query`")
     parser.add_argument("--crops", type=Path, metavar="DIR", help="write the JPEG crop of every mask to DIR")
+    parser.add_argument("--html", type=Path, metavar="FILE", help="all of it as one page, with pictures and its place")
     add_wide(parser)
 
 
 def run(options: argparse.Namespace) -> None:
     from robot_app.memories import open_memory
+    from robot_app.outputs import require_writable
 
+    if options.html:
+        require_writable(options.html)
     memory = open_memory(options.memory)
     if not 0 <= options.object < len(memory.objects):
         raise Failure(f"{options.memory} has no object {options.object}: it holds 0 to {len(memory.objects) - 1}.")
@@ -36,6 +41,12 @@ def run(options: argparse.Namespace) -> None:
     report = explain(memory, node) | {"memory": str(options.memory)}
     if options.crops:
         report["crops"] = [str(path) for path in _write_crops(node, options.crops)]
+    if options.html:
+        from openbelief.scene_graph import scene_graph
+        from robot_app.pages.why import write_why_page
+
+        write_why_page(options.html, scene_graph(memory), node, report)
+        report["html"] = str(options.html)
     print_json(report) if options.json else _show(report, wide=options.wide)
 
 
@@ -107,6 +118,8 @@ def _show(report: dict[str, Any], *, wide: bool) -> None:
     print(f"centre {x:.2f} {y:.2f} {z:.2f} m{room}, weight of the visual branch {report['lambda']:g}")
     if report["extent_alarm"]:
         print(f"may be more than one object: {report['extent_alarm']}")
+    if report.get("html"):
+        print(f"page: {cell(report['html'])}")
     if report.get("crops"):
         print(f"{len(report['crops'])} crops written, the first is {cell(report['crops'][0])}")
 

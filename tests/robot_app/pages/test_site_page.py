@@ -5,33 +5,12 @@ import hashlib
 import json
 import re
 
-import numpy as np
-import pytest
-
-from openbelief import ObjectMemory, Observation
-from openbelief.observation import Provenance
-from openbelief.perception.sentence import SentenceEncoder
-from openbelief.rooms import Room
+from openbelief import ObjectMemory
 from robot_app.cli import main
-
-HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(2)>"
 
 
 def data_of(page: str) -> dict:
     return json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.S).group(1))
-
-
-@pytest.fixture(scope="module")
-def hostile(tmp_path_factory):
-    """A memory whose phrases and rooms are markup."""
-    block = (np.stack(np.meshgrid(*[np.arange(6)] * 3), axis=-1).reshape(-1, 3) * 0.02).astype(np.float32)
-    encoder = SentenceEncoder()
-    source = Provenance(HOSTILE, 5, (1, 2, 3, 4), {"size": [2, 2], "counts": [1, 3]}, b"\xff\xd8no picture")
-    seen = [Observation(0, 0, HOSTILE[:50], 0.8, block, encoder.encode(["chair"])[0], source)]
-    square = [[-1, -1], [1, -1], [1, 1], [-1, 1]]
-    path = tmp_path_factory.mktemp("hostile") / "site.belief"
-    ObjectMemory.build(seen, encoder, rooms=[Room("<b>hall</b>", square)]).save(path)
-    return path
 
 
 def test_the_page_holds_every_object_with_its_evidence(demo_folder, tmp_path):
