@@ -56,7 +56,7 @@ def observe(frame: RgbdFrame, mask: Mask, parameters: Parameters) -> Observation
         raise MaskRefused(f"mask smaller than {parameters.min_mask_px} pixels")
     points = backproject(pixels, frame, parameters)
     if len(points) < parameters.min_points:
-        raise MaskRefused(f"fewer than {parameters.min_points} pixels with depth in range")
+        raise MaskRefused(_out_of_range(pixels, frame, parameters))
     try:
         points = largest_cluster(points, parameters)
     except ValueError as too_fine:
@@ -72,6 +72,19 @@ def observe(frame: RgbdFrame, mask: Mask, parameters: Parameters) -> Observation
         feature=mask.feature,
         provenance=provenance(frame, pixels),
     )
+
+
+def _out_of_range(pixels: Array, frame: RgbdFrame, parameters: Parameters) -> str:
+    """Too little depth in range, and where most of what was measured lies, in whole metres: one reason for its kind."""
+    reason = f"fewer than {parameters.min_points} pixels with depth in range"
+    depth_m = frame.depth_m[pixels]
+    measured = depth_m[np.isfinite(depth_m) & (depth_m > 0)]
+    if len(measured) < parameters.min_points:
+        return reason
+    at_m = float(np.median(measured))
+    if at_m > parameters.depth_max_m:
+        return f"{reason}: it is {at_m:.0f} m away, and depth_max_m is {parameters.depth_max_m:g} m"
+    return f"{reason}: it is {at_m:.2g} m away, and depth_min_m is {parameters.depth_min_m:g} m"
 
 
 def provenance(frame: RgbdFrame, pixels: Array) -> Provenance:

@@ -11,17 +11,35 @@ from openbelief.arrays import Array
 HUES = ((0, "red"), (10, "orange"), (22, "yellow"), (34, "green"), (85, "blue"), (130, "purple"), (150, "pink"))
 RED_AGAIN = 170
 BLACK_BELOW, WHITE_ABOVE, GREY_BELOW, BROWN_BELOW = 45, 150, 45, 170
-AGREEING = 0.7  # of the pixels: a patchwork has no colour, and a wrong word is worse than none. About half get one.
+# Of the pixels: a patchwork has no colour, and a wrong word is worse than none. Neighbours on the circle of hues, or
+# on the way from black to white, speak for a word as well: a lime seat is 61 % yellow, and the rest green.
+AGREEING, AGREEING_WITH_NEIGHBOURS = 0.5, 0.8
+NEIGHBOURS = {
+    "red": ("orange", "pink", "brown"),
+    "orange": ("red", "yellow", "brown"),
+    "yellow": ("orange", "green", "brown"),
+    "green": ("yellow", "blue"),
+    "blue": ("green", "purple"),
+    "purple": ("blue", "pink"),
+    "pink": ("purple", "red"),
+    "brown": ("orange", "yellow", "red", "black"),
+    "black": ("grey", "brown"),
+    "grey": ("black", "white"),
+    "white": ("grey",),
+}
 
 
 def color_word(color: Array, pixels: Array) -> str | None:
-    """The word for the median of the masked pixels' HSV; None where too few of them are of that word."""
+    """The word for the median of the masked pixels' HSV; None where too few of them are of that word, or near it."""
     rgb = color[pixels]
     if not len(rgb):
         return None
     hsv = cv2.cvtColor(np.ascontiguousarray(rgb[None]), cv2.COLOR_RGB2HSV)[0]
     word = _words(_median(hsv))[0]
-    return str(word) if np.mean(_words(hsv) == word) >= AGREEING else None
+    words = _words(hsv)
+    near = np.isin(words, (word, *NEIGHBOURS[str(word)]))
+    agreed = np.mean(words == word) >= AGREEING and np.mean(near) >= AGREEING_WITH_NEIGHBOURS
+    return str(word) if agreed else None
 
 
 def _median(hsv: Array) -> Array:

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from robot_app.mapping.job import MapResult
 
 ALARMS_SHOWN = 5
+# Two masks of one thing (points that overlap by tau_g, of one noun) on the kitchen recording: 42 % of the pairs have a
+# cosine of MobileNetV2's features of 0.85, 75 % one of 0.75; of two nouns 17 % and 27 %. 60 nodes become 44.
+MOBILENET_TAU_V = 0.75
 EXAMPLE = "openbelief map demo-out/walk.mcap --perception scripted:flat -o flat.belief"
 
 
@@ -91,7 +94,7 @@ def run(options: argparse.Namespace) -> int:
         recordings=options.recordings,
         out=options.out,
         perceptions=options.perception or [_beside(path) for path in options.recordings],
-        parameters=_parameters(options.parameters),
+        parameters=_parameters(options.parameters, options.perception or []),
         read=_read_options(options),
         force=options.force,
         rooms=read_rooms(options.rooms) if options.rooms else (),
@@ -132,14 +135,16 @@ def _beside(recording: Path) -> str:
     return f"recorded:{path}"
 
 
-def _parameters(path: Path | None) -> Parameters:
+def _parameters(path: Path | None, perceptions: list[str]) -> Parameters:
+    """tau_v is of the feature space: what the file does not say is that of the perception's own features."""
     from openbelief.documents import from_toml
     from openbelief.parameters import Parameters
 
+    own = {"tau_v": MOBILENET_TAU_V} if perceptions and all(p.startswith("detector:") for p in perceptions) else {}
     if path is None:
-        return Parameters()
+        return Parameters.from_dict(own)
     try:
-        return Parameters.from_dict(from_toml(path.read_text(encoding="utf-8")))
+        return Parameters.from_dict(own | from_toml(path.read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError) as error:
         raise Failure(f"--parameters {path}: {error}") from error
 

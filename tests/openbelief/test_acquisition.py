@@ -83,6 +83,16 @@ def test_what_is_out_of_the_depth_range_is_no_evidence():
     assert np.ptp(apply(np.linalg.inv(T), made.points.astype(float))[:, 2]) < 0.05
 
 
+def test_what_lies_out_of_range_is_refused_with_its_distance_and_the_limit():
+    pixels = rectangle((120, 160), slice(0, 50), slice(0, 50))
+    for depth_m, said in (
+        (7.2, "it is 7 m away, and depth_max_m is 6 m"),
+        (0.05, "0.05 m away, and depth_min_m is 0.1"),
+    ):
+        _, [refused] = acquire(frame(np.full((120, 160), depth_m)), [mask(pixels)], PARAMETERS)
+        assert refused.reason.startswith("fewer than 50 pixels with depth in range: ") and said in refused.reason
+
+
 SCATTER_M = np.random.default_rng(5).uniform(1.0, 6.0, (120, 160))
 
 

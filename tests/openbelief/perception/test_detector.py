@@ -205,6 +205,14 @@ def test_a_thing_of_one_colour_is_called_by_it(rgb, word):
     assert color_word(color, np.ones((4, 4), bool)) == word
 
 
+def test_a_lime_seat_has_a_word_though_a_third_of_it_is_green():
+    color = np.full((10, 10, 3), (205, 210, 30), np.uint8)
+    color.reshape(-1, 3)[:39] = (150, 215, 30)
+    assert color_word(color, np.ones((10, 10), bool)) == "yellow"
+    color.reshape(-1, 3)[:39] = (30, 60, 200)  # as much of a far colour: a patchwork
+    assert color_word(color, np.ones((10, 10), bool)) is None
+
+
 def test_a_patchwork_has_no_colour_word():
     color = np.zeros((4, 4, 3), np.uint8)
     color[:2], color[2:] = (200, 20, 20), (20, 60, 200)
