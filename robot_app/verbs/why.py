@@ -1,7 +1,8 @@
 """Every phrase, weight, frame and mask behind an object, and the belief that follows from them.
 
 OBJECT is the number that `openbelief query` shows. --crops writes what each mask looked like; --html makes one page of
-all of it.
+all of it. --asked SENTENCE says what the thing, its place and its relations added for this object, where it ranks, and
+what the paper's consensus would have answered.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from robot_app.arguments import a_pose
 from robot_app.cli import Failure, print_json
 from robot_app.tables import add_wide
 
@@ -25,16 +27,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("object", type=int, metavar="OBJECT", help="object id, as shown by `openbelief query`")
     parser.add_argument("--crops", type=Path, metavar="DIR", help="write the JPEG crop of every mask to DIR")
     parser.add_argument("--html", type=Path, metavar="FILE", help="all of it as one page, with pictures and its place")
+    parser.add_argument("--asked", metavar="SENTENCE", help="how this object answers it, by the readout grounded")
+    parser.add_argument("--at", type=a_pose, metavar="X,Y[,YAW]", help="where you stand, with --asked: metres, degrees")
     add_wide(parser)
 
 
 def run(options: argparse.Namespace) -> None:
-    from robot_app.memories import open_memory
+    from robot_app.memories import open_memory, open_with_encoder
     from robot_app.outputs import require_writable
 
     if options.html:
         require_writable(options.html)
-    memory = open_memory(options.memory)
+    memory = open_with_encoder(options.memory) if options.asked else open_memory(options.memory)
     if not 0 <= options.object < len(memory.objects):
         raise Failure(f"{options.memory} has no object {options.object}: it holds 0 to {len(memory.objects) - 1}.")
     node = memory.objects[options.object]
@@ -47,7 +51,20 @@ def run(options: argparse.Namespace) -> None:
 
         write_why_page(options.html, scene_graph(memory), node, report)
         report["html"] = str(options.html)
+    if options.asked:
+        report["asked"] = _asked(memory, node.id, options)
     print_json(report) if options.json else _show(report, wide=options.wide)
+
+
+def _asked(memory: ObjectMemory, object_id: int, options: argparse.Namespace) -> dict[str, Any]:
+    """What each part of the sentence added for one object; rank None where it cannot be meant (a wall, a floor)."""
+    from robot_app.answers import answer_as_json, request_of, terms_as_json
+
+    asked = memory.asked(request_of(options.asked))
+    answer = memory.answer(asked, viewer=options.at)
+    mine = [(rank, c) for rank, c in enumerate(answer.candidates, start=1) if c.object_id == object_id]
+    rank, terms = (mine[0][0], terms_as_json(mine[0][1])) if mine else (None, {"terms": {}, "head": None})
+    return {"sentence": options.asked, "rank": rank, **terms, **answer_as_json(memory, answer, asked)}
 
 
 def explain(memory: ObjectMemory, node: ObjectNode) -> dict[str, Any]:
@@ -116,12 +133,25 @@ def _show(report: dict[str, Any], *, wide: bool) -> None:
     x, y, z = report["centroid"]
     room = f" in the {cell(report['room'])}" if report["room"] else ""
     print(f"centre {x:.2f} {y:.2f} {z:.2f} m{room}, weight of the visual branch {report['lambda']:g}")
+    if report.get("asked"):
+        print("\n".join(cell(line).plain for line in _asked_lines(report["asked"])))
     if report["extent_alarm"]:
         print(f"may be more than one object: {report['extent_alarm']}")
     if report.get("html"):
         print(f"page: {cell(report['html'])}")
     if report.get("crops"):
         print(f"{len(report['crops'])} crops written, the first is {cell(report['crops'][0])}")
+
+
+def _asked_lines(asked: dict[str, Any]) -> list[str]:
+    if asked["rank"] is None:
+        return [f"{asked['sentence']!r} cannot mean this object."]
+    added = ", ".join(f"{name} {value:+.2f}" for name, value in asked["terms"].items() if value)
+    lines = [f"asked {asked['sentence']!r}: rank {asked['rank']}, likeness {asked['head']:.2f}; {added}"]
+    if asked["consensus"]:
+        other = asked["consensus"]
+        lines.append(f"the paper's consensus would have answered {other['label']} (object {other['object_id']})")
+    return lines
 
 
 def _concepts(report: dict[str, Any]) -> Any:

@@ -94,6 +94,14 @@ def test_why_shows_every_phrase_weight_frame_and_mask(memory, capsys, tmp_path):
     assert len(list((tmp_path / "crops").iterdir())) == 3
 
 
+def test_why_says_what_each_part_of_a_sentence_added_for_an_object(memory, capsys):
+    result = answer(capsys, "why", memory, 1, "--asked", "the lamp next to the sofa")["asked"]
+    assert result["rank"] == 1 and set(result["terms"]) == {"thing", "place", "relation", "not", "which"}
+    assert result["consensus"]["object_id"] in {0, 1, 2} and result["understood"]["relation"] == "next to sofa"
+    assert main(["why", str(memory), "1", "--asked", "the lamp"]) == 0
+    assert "rank 1" in capsys.readouterr().out
+
+
 def test_what_a_model_said_is_shown_as_plain_text(memory, capsys):
     assert main(["why", str(memory), "2"]) == 0
     shown = capsys.readouterr().out
