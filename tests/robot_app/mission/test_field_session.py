@@ -170,11 +170,18 @@ def test_a_walk_is_recorded_mapped_and_driven_from_in_separate_processes(tmp_pat
     mapped = json.loads(capsys.readouterr().out)
     assert mapped["frames"] >= 4 and mapped["objects"] >= 2
 
-    until(lambda: main(["doctor", "--config", config, "--json"]) == 0, "the doctor finds nothing that fails")
-    last = [json.loads(line) for line in capsys.readouterr().out.splitlines()][-1]
-    levels = {line["name"]: line["level"] for line in last["checks"]}
+    def levels() -> dict[str, str]:
+        main(["doctor", "--config", config, "--json"])
+        return {line["name"]: line["level"] for line in json.loads(capsys.readouterr().out)["checks"]}
+
+    def failing() -> set[str]:
+        return {name for name, level in levels().items() if level == "fail"}
+
+    # the simulated robot's Nav2 stands behind Zenoh alone: no second way to it, and the doctor says so
+    until(lambda: failing() == {"watchdog without bridge"}, "the doctor finds nothing else that fails")
+    found = levels()
     needed = ("link", "lidar", "camera", "tf map -> base_link", "map", "nav2 active", "watchdog", "battery")
-    assert {name: levels[name] for name in needed} == dict.fromkeys(needed, "ok")
+    assert {name: found[name] for name in needed} == dict.fromkeys(needed, "ok")
 
     trial = tmp_path / "trial.mcap"
     ask = Program(opened, "robot_app.cli", "ask", QUERY, "--yes", "--config", config, "--trial", str(trial), "--json")
