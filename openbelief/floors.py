@@ -18,7 +18,9 @@ from openbelief.traversability import OCCUPIED, OccupancyGrid
 BIN_M = 0.05
 BELOW_CAMERA_M = 0.5  # floors and table tops are below it; what it sees of ceilings is not
 STOREY_MIN_M = 1.8  # floors are at least so far apart
-PEAK_SHARE, OF_STOREY_SHARE = 0.05, 0.25  # a floor's peak: of the site's highest, and of its own storey's highest
+# A floor's peak, of the site's highest and of its own storey's: nothing lies below a floor, so the lowest peak is it,
+# however much more a camera at a table saw of the table; weaker ones are reflections.
+PEAK_SHARE, OF_STOREY_SHARE = 0.05, 0.1
 WALKED_M = (0.3, 2.2)  # a camera was carried so high above a floor that was walked on
 UNDER_FLOOR_M = 0.3  # what stands on a floor may seem so much below it
 HEADROOM_M = 2.0

@@ -31,8 +31,15 @@ def test_two_storeys_are_found_at_their_heights():
 
 
 def test_a_table_top_is_no_floor_however_often_it_was_seen():
-    z = np.concatenate((np.zeros(1000), np.full(3000, 0.72)))
-    heights = floor_heights(z, np.full(4000, 1.3), np.array([1.3]))
+    for looks_at_table in (3000, 7000):
+        z = np.concatenate((np.zeros(1000), np.full(looks_at_table, 0.72)))
+        heights = floor_heights(z, np.full(len(z), 1.3), np.array([1.3]))
+        assert len(heights) == 1 and abs(heights[0]) < 0.03
+
+
+def test_reflections_below_a_floor_are_no_floor():
+    z = np.concatenate((np.full(60, -0.7), np.zeros(1000)))
+    heights = floor_heights(z, np.full(1060, 1.3), np.array([1.3]))
     assert len(heights) == 1 and abs(heights[0]) < 0.03
 
 

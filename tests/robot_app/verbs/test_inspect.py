@@ -1,11 +1,16 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import cv2
 import numpy as np
 import pytest
 
+from openbelief import ObjectMemory, Observation
+from openbelief.derived_rooms import with_derived_rooms
+from openbelief.perception.sentence import SentenceEncoder
+from openbelief.surroundings import Surroundings
 from robot_app.cli import main
 
 
@@ -79,3 +84,43 @@ def test_what_cannot_be_written_or_is_not_there_is_one_line(memory, tmp_path, mo
     assert main(["inspect", str(memory), *arguments]) == 1
     error = capsys.readouterr().err
     assert said in error and error.count("\n") == 1 and not list(tmp_path.iterdir())
+
+
+UP_M = 3.0
+
+
+def upstairs(memory):
+    """The same site again, one storey higher, as the second recording."""
+    observations = []
+    for o in memory.observations:
+        source = replace(o.provenance, recording="upstairs")
+        points = o.points + np.float32([0, 0, UP_M])
+        observations.append(Observation(o.frame, o.mask, o.phrase, o.confidence, points, o.feature, source))
+    views = []
+    for view in memory.surroundings.views:
+        pose = view.T_map_camera.copy()
+        pose[2, 3] += UP_M
+        views.append(replace(view, recording="upstairs", T_map_camera=pose))
+    return observations, views
+
+
+def test_a_site_of_two_storeys_has_its_rooms_and_objects_on_both(memory, tmp_path, capsys):
+    below = ObjectMemory.open(memory)
+    observations, views = upstairs(below)
+    first = below.surroundings.views[0].recording
+
+    def images(key):
+        return below.surroundings.images((first, key[1]))
+
+    around = Surroundings((*below.surroundings.views, *views), below.surroundings.maps, images)  # the map is of below
+    both = ObjectMemory.build([*below.observations, *observations], SentenceEncoder(), surroundings=around)
+    with_derived_rooms(both).save(tmp_path / "two.belief")
+    site = answer(capsys, "inspect", tmp_path / "two.belief", "--plan", tmp_path / "two.png")
+    assert [round(floor["height_m"], 1) for floor in site["floors"]] == [0.0, UP_M]
+    low, high = site["floors"]
+    assert len(low["rooms"]) == len(high["rooms"]) > 0
+    assert not {room["name"] for room in low["rooms"]} & {room["name"] for room in high["rooms"]}
+    count = [sum(len(room["objects"]) for room in floor["rooms"]) + len(floor["in_no_room"]) for floor in (low, high)]
+    assert count[0] == count[1] == len(below.objects)
+    stairs = {view["recording"] for view in site["views"] if set(view["objects"]) & set(high["rooms"][0]["objects"])}
+    assert stairs == {"upstairs"}  # no look from below goes through the ceiling
