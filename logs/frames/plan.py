@@ -22,7 +22,16 @@ from drivers.ros.transform_tree import TransformMissing, TransformTree
 from logs.frames.calibrations import Calibrations
 from logs.frames.reasons import TRANSFORM_REASONS, FrameReason, RecordingError, Skip, SkipFrame
 from logs.frames.scan import ImageHead, Scan
-from logs.frames.topics import PREFERRED_COLOR, PREFERRED_DEPTH, SHOWN, RecordingTopics, base, choose, unread
+from logs.frames.topics import (
+    PREFERRED_COLOR,
+    PREFERRED_DEPTH,
+    SHOWN,
+    RecordingTopics,
+    base,
+    choose,
+    is_called_depth,
+    unread,
+)
 from openbelief.arrays import Array
 from openbelief.observation import Intrinsics
 
@@ -113,8 +122,13 @@ def plan_frames(found: Scan, own: Scan, options: PlanOptions, file: RecordingFil
 
 def choose_topics(found: Scan, topics: RecordingTopics, file: RecordingFile) -> RecordingTopics:
     """The named topics, else the only ones that can be meant; raises RecordingError."""
-    color = _image_topic("colour", found, found.color, topics.color, PREFERRED_COLOR, file, "--color-topic")
-    others = {topic: heads for topic, heads in found.depth.items() if topic != color}
+    called_depth = {topic: heads for topic, heads in found.color.items() if is_called_depth(topic)}
+    colors = {
+        t: heads for t, heads in found.color.items() if t != topics.depth and t not in called_depth
+    } or found.color
+    color = _image_topic("colour", found, colors, topics.color, PREFERRED_COLOR, file, "--color-topic")
+    # Depth in an encoding that nobody knows is still the depth topic: decoding names the encoding
+    others = {topic: heads for topic, heads in (found.depth or called_depth).items() if topic != color}
     depth = _image_topic("depth", found, others, topics.depth, PREFERRED_DEPTH, file, "--depth-topic")
     beside = base(color).rpartition("/")[0] + "/camera_info"
     frame_id = found.images[color][0].frame_id

@@ -58,6 +58,11 @@ def base(topic: str) -> str:
     return topic.removesuffix("/compressedDepth").removesuffix("/compressed")
 
 
+def is_called_depth(topic: str) -> bool:
+    """Whether a topic's own name, not its camera's, says depth: /camera/aligned_depth_to_color/image_raw."""
+    return any("depth" in word for word in base(topic).lower().split("/")[-2:])
+
+
 def listed(topics: Collection[str]) -> str:
     return ", ".join(sorted(topics)) or "none"
 

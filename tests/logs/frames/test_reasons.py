@@ -243,3 +243,22 @@ def test_the_channels_of_8uc3_are_guessed_aloud(make_walk, tmp_path):
     reader = FrameReader(walk.write(tmp_path / "walk.mcap"))
     np.testing.assert_array_equal([f.color for f in reader], [f.color for f in expected])
     assert any("8UC3" in note and "BGR" in note for note in reader.notes)
+
+
+@pytest.mark.parametrize("encoding", ["64FC1", "mono8", "16SC1"])
+def test_depth_in_an_unknown_encoding_is_still_the_depth_topic_and_its_encoding_is_named(make_walk, tmp_path, encoding):
+    walk = make_walk(2)
+    for i, (topic, at, m) in enumerate(walk.messages):
+        if topic == DEPTH:
+            m.encoding = encoding
+            walk.messages[i] = ("/camera/aligned_depth_to_color/image_raw", at, m)
+    reader = FrameReader(walk.write(tmp_path / "walk.mcap"))
+    assert list(reader) == [] and encoding in reader.why_nothing()
+    assert reader.plan.topics.color == COLOR
+
+
+def test_a_cameras_name_does_not_make_its_colour_depth(make_walk, tmp_path):
+    walk = make_walk(2)
+    walk.messages += [("/depth_camera/color/image_raw/compressed", at, m) for t, at, m in walk.messages if t == COLOR]
+    with pytest.raises(RecordingError, match=r"several colour topics \(/camera/.*, /depth_camera/"):
+        list(FrameReader(walk.write(tmp_path / "walk.mcap")))
