@@ -32,12 +32,13 @@ class Mark:
 class ClockStep:
     """place: of the first message after it. before_ns, after_ns: the stamps around it where one stream shows it first.
 
-    places, stamps: that stream's messages since.
+    places, stamps: that stream's messages since. is_logged_so: the time of logging went back as well.
     """
 
     place: int
     before_ns: int
     after_ns: int
+    is_logged_so: bool
     places: tuple[int, ...] = field(repr=False)
     stamps: tuple[int, ...] = field(repr=False)
 
@@ -56,10 +57,29 @@ class Epochs:
 
     def __init__(self, streams: Mapping[Stream, Sequence[Mark]]) -> None:
         self._place = _order_of(streams)
+        falls = self._find(streams)
+        if self._place is _by_order and any(self._is_misplaced(step) for step in self.steps):
+            self._place = _by_log_time
+            falls = self._find(streams)
+        self._own = {stream: {self._streams[stream][at].order for at, _ in found} for stream, found in falls.items()}
+
+    def _find(self, streams: Mapping[Stream, Sequence[Mark]]) -> dict[Stream, list[tuple[int, int]]]:
+        """Sets the streams in order and the steps in them; returns where each stream's stamps fall."""
         self._streams = {stream: sorted(marks, key=self._place) for stream, marks in streams.items()}
         falls = {stream: _falls(marks) for stream, marks in self._streams.items()}
         self.steps = _steps(self._streams, falls, self._place)
-        self._own = {stream: {self._streams[stream][at].order for at, _ in found} for stream, found in falls.items()}
+        return falls
+
+    def _is_misplaced(self, step: ClockStep) -> bool:
+        """Whether what looks like a step is a part of the file that lies behind its time: its time of logging falls as
+        its stamps do, and most of what was sent before it is not sent any more. A clock that is set ends nothing."""
+        before = [marks for marks in self._streams.values() if marks and self._place(marks[0]) < step.place]
+        go_on = sum(self._place(marks[-1]) >= step.place for marks in before)
+        return step.is_logged_so and 2 * go_on <= len(before)
+
+    def place(self, mark: Mark) -> int:
+        """What orders messages in time: their place in the file, or the time of logging."""
+        return self._place(mark)
 
     def of_stream(self, stream: Stream) -> dict[int, int]:
         """The epoch of each of its messages, by their `order`."""
@@ -145,7 +165,15 @@ def _steps(
         witnesses = {stream}
         end = next((i for i, _ in falls[stream] if i > at), None)
         after = streams[stream][at:end]
+        logged_back_ns = streams[stream][at - 1].log_time_ns - after[0].log_time_ns
         steps.append(
-            ClockStep(where, newest, after[0].stamp_ns, tuple(map(place, after)), tuple(m.stamp_ns for m in after))
+            ClockStep(
+                where,
+                newest,
+                after[0].stamp_ns,
+                2 * logged_back_ns > newest - after[0].stamp_ns,
+                tuple(map(place, after)),
+                tuple(m.stamp_ns for m in after),
+            )
         )
     return steps

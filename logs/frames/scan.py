@@ -72,7 +72,7 @@ class Scan:
         trees = [TransformTree(max_gap_s=self.max_tf_gap_s) for _ in range(len(self.epochs.steps) + 1)]
         for (parent, child), samples in self.moving.items():
             epoch = self.epochs.of_stream((parent, child))
-            for mark, sample in sorted(samples, key=lambda s: s[0].order):
+            for mark, sample in sorted(samples, key=lambda s: self.epochs.place(s[0])):
                 trees[epoch[mark.order]].add_sample(mark.stamp_ns, parent, child, sample)
         for tree in trees:
             for stamp_ns, parent, child, sample in self.static:

@@ -118,3 +118,24 @@ def test_a_message_of_no_stream_is_numbered_by_its_stamp():
     clouds = marks.pop("cloud")
     epochs = Epochs(marks)
     assert [epochs.of_mark(m) for m in clouds] == truth("cloud", 100, steps)
+
+
+@pytest.mark.parametrize("back", [80, 400, 2000])
+def test_a_recorder_whose_own_clock_was_set_back_logs_so_and_it_is_still_a_step(back):
+    steps = {5000: -back}
+    marks = recorded(("tf", 10, 0), ("tf2", 10, 0), ("camera", 100, 60), steps=steps)
+    logged = {n: [Mark(m.order, m.stamp_ns + MS, m.stamp_ns) for m in stream] for n, stream in marks.items()}
+    logged["camera"] = [m for m in logged["camera"] if m.order > 2 * 5000 // 10 + 100]  # images only long after it
+    epochs = Epochs(logged)
+    assert len(epochs.steps) == 1 and set(epochs.of_stream("camera").values()) == {1}
+    assert list(epochs.of_stream("tf").values()) == truth("tf", 10, steps)
+
+
+def test_a_part_of_the_file_that_lies_behind_its_time_is_no_step():
+    """A second publisher's transforms, appended to the file by a tool that merges without sorting."""
+    marks = recorded(("tf", 50, 0), ("other", 50, 0), ("camera", 100, 30), until_ms=3000)
+    last = 10 * max(m.order for stream in marks.values() for m in stream)
+    appended = [Mark(last + i, m.log_time_ns, m.stamp_ns + 25 * MS) for i, m in enumerate(marks["tf"])]
+    marks["tf"] = marks["tf"] + appended
+    epochs = Epochs(marks)
+    assert epochs.steps == [] and set(epochs.of_stream("tf").values()) == {0}

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from drivers.ros.messages import header
 from openbelief.memory import ObjectMemory
 from openbelief.observation import encode_rle
 from openbelief.store import BeliefStore
@@ -195,6 +196,46 @@ def test_what_was_skipped_is_printed_with_its_reason_and_kept_in_the_memory(make
     assert "skipped 1 x no depth image at its stamp (first: image 2: No depth image within" in capsys.readouterr().out
     skipped = [f for f in ObjectMemory.open(tmp_path / "site.belief").frames if f.skipped]
     assert [f.stamp_ns for f in skipped] == [made.stamps[2]]
+
+
+def late_depth(made) -> None:
+    """A depth camera whose images come 16 ms after the colour's."""
+    for topic, _, message in made.messages:
+        if topic == "/camera/depth/image_rect_raw":
+            stamp = message.header.stamp
+            message.header = header(stamp.sec * 10**9 + stamp.nanosec + 16_000_000, message.header.frame_id)
+
+
+@pytest.mark.parametrize("option", ["--pair-tolerance-s=0.02", "--depth-offset-s=0.016"])
+def test_depth_that_comes_late_is_refused_with_the_option_that_maps_it(make_walk, words, tmp_path, capsys, option):
+    made = make_walk(6)
+    made.write_perception(tmp_path / "walk.perception.jsonl")
+    late_depth(made)
+    command = ["map", str(made.write(tmp_path / "walk.mcap")), "-o", str(tmp_path / "site.belief")]
+    assert main(command) == 1
+    refused = capsys.readouterr().err
+    assert "+16.0 ms away" in refused and option.split("=")[0] in refused
+    assert main([*command, option]) == 0
+    assert len([f for f in ObjectMemory.open(tmp_path / "site.belief").frames if not f.skipped]) == 6
+
+
+@pytest.mark.parametrize("value", ["nan", "-1", "soon"])
+def test_a_tolerance_that_is_no_time_is_wrong_usage(walk, tmp_path, value):
+    with pytest.raises(SystemExit) as ended:
+        main(["map", str(walk), "-o", str(tmp_path / "site.belief"), f"--pair-tolerance-s={value}"])
+    assert ended.value.code == 2
+
+
+def test_what_a_person_should_know_is_told_and_kept_in_the_report(make_walk, words, tmp_path, capsys):
+    """A walk played twice into one file."""
+    made = make_walk(6)
+    made.write_perception(tmp_path / "walk.perception.jsonl")
+    made.messages += [(topic, at + 10_000_000_000, message) for topic, at, message in made.messages]
+    path = made.write(tmp_path / "walk.mcap")
+    assert main(["map", str(path), "-o", str(tmp_path / "site.belief"), "--json"]) == 0
+    said = capsys.readouterr()
+    assert "clock was set back by" in said.err
+    assert any("clock was set back" in note for note in json.loads(said.out)["recordings"][0]["notes"])
 
 
 def test_a_truncated_recording_is_mapped_as_far_as_it_goes_and_said_to_be_damaged(make_walk, words, tmp_path, capsys):
