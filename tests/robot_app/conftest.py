@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import io
+import os
 import queue
 import shutil
 import signal
 import socket
+import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -43,6 +45,9 @@ def remote_toml(small_site: Path) -> Path:
     assert off in text
     path.write_text(text.replace(off, f'\n[remote]\nserve = "here"\nendpoint = "{endpoint}"\n'))
     return path
+
+
+HUNG_S = 240.0
 
 
 class Keyboard:
@@ -112,12 +117,16 @@ def terminal(keyboard: Keyboard, screen: Screen) -> Callable[[list[str]], int]:
 
     def run(arguments: list[str]) -> int:
         before = signal.getsignal(signal.SIGINT)
+        hung = threading.Timer(HUNG_S, lambda: os.kill(os.getpid(), signal.SIGINT))  # a test fails, and never hangs
+        hung.daemon = True
+        hung.start()
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr("sys.stdin", keyboard)
             patch.setattr("sys.stderr", screen)
             try:
                 return main(arguments)
             finally:
+                hung.cancel()
                 signal.signal(signal.SIGINT, before)
 
     return run

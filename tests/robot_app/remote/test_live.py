@@ -30,9 +30,12 @@ def beside(screen, keyboard, act: Callable[[], object]) -> list[object]:
         except Exception as error:  # noqa: BLE001 - the test looks at it
             got.append(error)
         finally:
-            keyboard.type("take over", "")
+            keyboard.type("take over")
+            for _ in range(120):  # an empty line ends the run, but not while a question is open
+                keyboard.type("")
+                threading.Event().wait(0.5)
 
-    screen.reactions[SERVING] = lambda: threading.Thread(target=run).start()
+    screen.reactions[SERVING] = lambda: threading.Thread(target=run, daemon=True).start()
     return got
 
 
