@@ -26,6 +26,7 @@ def approval_question(
         goal=approach.goal.pose if approach else None,
         path_length_m=approach.length_m if approach else None,
         because=why(attempt.candidate, ranking, memory),
+        doubt=doubt,
         options=tuple(
             Option(number, each.object_id, _name(memory.objects[each.object_id]), float(each.score))
             for number, each in enumerate(ranking, start=1)

@@ -160,7 +160,7 @@ class Question:
     """ "May I walk there?", bound to what was meant: object, goal pose (map frame), path length, memory.
 
     because: why this object, for who asks "why". options: the ranked candidates, this one among them; () where only yes
-    and no make sense.
+    and no make sense. doubt: why it may not be what was asked for, and then only a person may say yes; else "".
     """
 
     sentence: str
@@ -170,6 +170,7 @@ class Question:
     path_length_m: float | None = None
     because: str = ""
     options: tuple[Option, ...] = ()
+    doubt: str = ""
 
 
 @dataclass(frozen=True, slots=True)

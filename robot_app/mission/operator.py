@@ -295,7 +295,7 @@ class Operator:
         if self._agent:
             named = f"The agent {self._agent} asks, not a person. {question.sentence}"
             question = replace(question, sentence=named)
-        elif self._approve_all:
+        elif self._approve_all and not question.doubt:
             self.tell(f"{question.sentence} yes ({self._approve_all})")
             return Reply(Approval.YES, how=self._approve_all, at_ns=self._epoch_ns())
         while True:

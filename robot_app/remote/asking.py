@@ -22,7 +22,7 @@ ANSWERS = {"yes": "yes", "y": "yes", "no": "no", "n": "no", "not this one": "not
 
 
 class RemoteAsking:
-    """Follows one mission to its end. approve: yes to every question, as --yes says."""
+    """Follows one mission to its end. approve: as --yes says, yes to what is surely meant, no to a doubt."""
 
     def __init__(
         self,
@@ -78,8 +78,8 @@ class RemoteAsking:
         if self._asked != question["id"]:
             self._asked = question["id"]
             self._drain()
-            if self._approve:
-                self._send(question, "yes")
+            if self._approve:  # --yes approves what is surely meant; a doubt is for a person to settle
+                self._send(question, "no" if question["doubt"] else "yes")
                 return
             self._tell(f"[yes/no/not this one/take N, {question['left_s']:.0f} s; stop at any time]")
         while not self._lines.empty():

@@ -185,6 +185,7 @@ def _question(asked: Any, left_s: float) -> dict[str, Any]:
         "id": asked.id,
         "sentence": question.sentence,
         "because": question.because,
+        "doubt": question.doubt,
         "memory_hash": question.memory_hash,
         "object_id": question.object_id,
         "path_length_m": question.path_length_m,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
 
@@ -250,3 +251,8 @@ def test_where_motion_was_approved_beforehand_nobody_is_asked_and_the_screen_say
     operator.listen(lambda notice: told.append(notice.sentence))
     assert operator.confirm(QUESTION, LONG_S).word is Approval.YES
     assert told == ["May I walk to the lamp? yes (approved with --yes)"]
+
+
+def test_yes_to_all_is_no_yes_to_a_doubt_which_a_person_settles():
+    operator = Operator(approve_all="approved with --yes")
+    assert operator.confirm(replace(QUESTION, doubt="it may be a bed"), 0.01).word is not Approval.YES

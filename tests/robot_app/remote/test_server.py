@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -13,6 +14,7 @@ from drivers.ports import Approval, Option, Question, Reply
 from openbelief.memory import ObjectMemory
 from robot_app.mission.operator import Operator
 from robot_app.remote import messages as m
+from robot_app.remote.asking import RemoteAsking
 from robot_app.remote.server import RemoteServer
 from robot_app.text_encoders import text_encoder_by_id
 from tests.support.waiting import until
@@ -208,3 +210,31 @@ def test_status_says_who_commands_but_never_the_token(server, operator):
     reply = sent(server, m.StatusRequest)
     assert reply["commands"] == {"who": "ada", "how": "zenoh", "epoch": lease["epoch"]}
     assert lease["token"] not in json.dumps(reply)
+
+
+class Commands:
+    """The operator over there, until the first answer: what `ask --remote` sends is kept."""
+
+    doubt = ""
+
+    def __init__(self) -> None:
+        self.answers: list[str] = []
+
+    def status(self, after: int = 0) -> dict:
+        outcome = {"order": 1, "end": "CANCELLED"} if self.answers else None
+        question = None if self.answers else {"id": 1, "doubt": self.doubt, "left_s": 9.0}
+        return {"said": [], "outcome": outcome, "mission": None, "question": question, "waiting": [{"order": 1}]}
+
+    def ask(self, sentence: str) -> int:
+        return 1
+
+    def answer(self, question: dict, word: str, number: int | None) -> None:
+        self.answers.append(word)
+
+
+@pytest.mark.parametrize(("doubt", "answer"), [("", "yes"), ("it may be a bed", "no")])
+def test_yes_from_afar_is_no_yes_to_a_doubt(doubt: str, answer: str) -> None:
+    commands = Commands()
+    commands.doubt = doubt
+    RemoteAsking(commands, "ada", approve=True, source=io.StringIO(), sleep=lambda _: None).run("go to the sofa")
+    assert commands.answers == [answer]
