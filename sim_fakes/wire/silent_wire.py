@@ -9,7 +9,7 @@ from types import TracebackType
 
 
 class SilentWire:
-    """Forwards both ways between `endpoint` and the target until `cut`; after `mend` it forwards again.
+    """Forwards both ways between `endpoint` and the target until `cut` or `refuse`; after `mend` it forwards again.
 
     What was sent meanwhile is lost, as are the connections: both ends find out by their own time-outs.
     """
@@ -19,7 +19,7 @@ class SilentWire:
         self._target = (host, int(port))
         self._server = socket.create_server(("127.0.0.1", 0))
         self._sockets: list[socket.socket] = []
-        self._silent = threading.Event()
+        self._silent, self._refusing = threading.Event(), threading.Event()
 
     def __enter__(self) -> SilentWire:
         threading.Thread(target=self._accept, name="wire", daemon=True).start()
@@ -38,11 +38,17 @@ class SilentWire:
         """From now on nothing passes, and nobody is told."""
         self._silent.set()
 
+    def refuse(self) -> None:
+        """Close what is open, and let nobody in."""
+        self._refusing.set()
+        self._close(self._sockets)
+
     def mend(self) -> None:
         """Close the old connections and let new ones through."""
         self._close(self._sockets)
         self._sockets = []
         self._silent.clear()
+        self._refusing.clear()
 
     def _close(self, sockets: list[socket.socket]) -> None:
         for each in sockets:
@@ -54,6 +60,9 @@ class SilentWire:
         with suppress(OSError):
             while True:
                 near, _ = self._server.accept()
+                if self._refusing.is_set():
+                    near.close()
+                    continue
                 try:
                     far = socket.create_connection(self._target)
                 except ConnectionRefusedError:  # nobody there just now; who asks again later gets through

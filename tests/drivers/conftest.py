@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import socket
-import threading
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,6 +20,7 @@ from drivers.ros.zenoh_link import LinkConfig, ZenohLink
 from openbelief.pose import Pose2
 from openbelief.traversability import OccupancyGrid
 from sim_fakes.wire.ros_site import RosSite
+from sim_fakes.wire.silent_wire import SilentWire
 from sim_fakes.world.robot import SimRobot
 
 START_NS = 1_700_000_000_000_000_000
@@ -136,65 +135,7 @@ def rig(make_rig: Callable[..., Rig]) -> Rig:
     return made
 
 
-class SilentWire:
-    """A TCP relay that can fall silent without closing anything, as a robot walking out of Wi-Fi does."""
-
-    def __init__(self, endpoint: str) -> None:
-        host, port = endpoint.removeprefix("tcp/").split(":")
-        self._target = (host, int(port))
-        self._server = socket.create_server(("127.0.0.1", 0))
-        self._sockets: list[socket.socket] = [self._server]
-        self.silent, self._down = threading.Event(), threading.Event()
-        threading.Thread(target=self._accept, daemon=True).start()
-
-    @property
-    def endpoint(self) -> str:
-        return f"tcp/127.0.0.1:{self._server.getsockname()[1]}"
-
-    def cut(self) -> None:
-        """Close what is open and let nobody in until `mend`."""
-        self._down.set()
-        self._close(self._sockets[1:])
-
-    def mend(self) -> None:
-        self._down.clear()
-
-    def close(self) -> None:
-        self._close(self._sockets)
-
-    def _close(self, sockets: list[socket.socket]) -> None:
-        for each in sockets:
-            with suppress(OSError):
-                each.shutdown(socket.SHUT_RDWR)
-            each.close()
-
-    def _accept(self) -> None:
-        with suppress(OSError):
-            while True:
-                near, _ = self._server.accept()
-                if self._down.is_set():
-                    near.close()
-                    continue
-                far = socket.create_connection(self._target)
-                self._sockets += [near, far]
-                for source, sink in ((near, far), (far, near)):
-                    threading.Thread(target=self._pump, args=(source, sink), daemon=True).start()
-
-    def _pump(self, source: socket.socket, sink: socket.socket) -> None:
-        with suppress(OSError):
-            while data := source.recv(65536):
-                if not self.silent.is_set():
-                    sink.sendall(data)
-
-
 @pytest.fixture
 def silent_wire() -> Iterator[Callable[[str], SilentWire]]:
-    wires: list[SilentWire] = []
-
-    def lay(endpoint: str) -> SilentWire:
-        wires.append(SilentWire(endpoint))
-        return wires[-1]
-
-    yield lay
-    for wire in wires:
-        wire.close()
+    with ExitStack() as opened:
+        yield lambda endpoint: opened.enter_context(SilentWire(endpoint))

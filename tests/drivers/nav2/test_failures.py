@@ -60,9 +60,9 @@ def test_a_silent_link_is_noticed_within_the_bridges_lease(silent_wire, eventual
         wire = silent_wire(endpoint)
         with ZenohLink(LinkConfig((wire.endpoint,))) as link:
             assert link.alive
-            wire.silent.set()
-            eventually(lambda: not link.alive)
             wire.cut()
+            eventually(lambda: not link.alive)
+            wire.refuse()
 
 
 def test_a_silent_link_never_hangs_a_plan_or_a_cancel(make_rig, silent_wire):
@@ -75,11 +75,11 @@ def test_a_silent_link_never_hangs_a_plan_or_a_cancel(make_rig, silent_wire):
     rig = make_rig(through=through)
     rig.start()
     rig.nav.send(GOAL)
-    wires[0].silent.set()
+    wires[0].cut()
     with pytest.raises(LinkLost):
         rig.nav.plan(GOAL)
     assert rig.nav.cancel(because="the operator said stop").status == NavigationStatus.STILL_MOVING
-    wires[0].cut()
+    wires[0].refuse()
 
 
 # 3: an empty reply list
@@ -303,7 +303,7 @@ def test_after_a_reconnection_the_goals_end_is_still_learned(make_rig, silent_wi
     rig = make_rig(through=through, limits=Nav2Limits(silence_s=60.0))
     rig.start()
     rig.nav.send(GOAL)
-    wires[0].cut()
+    wires[0].refuse()
     eventually(lambda: not rig.link.alive)
     rig.clock.sleep(30.0)  # the robot arrives unwatched
     assert rig.nav.result() is None
