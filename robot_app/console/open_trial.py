@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import tempfile
+from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -100,27 +101,29 @@ class OpenTrial:
 
 def words_of(record: records.Record) -> str:
     """One line for the list of decisions."""
-    if isinstance(record, records.Query):
-        return f"“{record.sentence}”"
-    if isinstance(record, records.Ranking):
-        return f"{len(record.candidates)} candidates for “{record.target}”"
-    if isinstance(record, records.Chosen):
-        return f"{record.label} ({record.score:.2f})"
-    if isinstance(record, records.Goal):
-        way = f", {record.path_length_m:.1f} m" if record.path_length_m is not None else ""
-        return f"{record.purpose}{way}" if record.pose else f"no goal pose: {record.reason}"
-    if isinstance(record, records.OperatorReply):
-        return f"{record.reply}{f' ({record.who}, {record.how})' if record.who else ''}"
-    if isinstance(record, records.Checks):
-        return f"{record.verdict}: {record.reason}"
-    if isinstance(record, records.Transition):
-        return f"{record.source} → {record.target}: {record.because}"
-    if isinstance(record, records.Feedback):
-        return f"{record.distance_remaining_m:.1f} m to go"
-    if isinstance(record, records.Ended):
-        return f"{record.end}: {record.reason}"
+    if type(record) in WORDS:
+        return WORDS[type(record)](record)
     values = (getattr(record, name, "") for name in ("sentence", "because", "reason"))
     return next((str(value) for value in values if value), "")
+
+
+def _goal(goal: records.Goal) -> str:
+    way = f", {goal.path_length_m:.1f} m" if goal.path_length_m is not None else ""
+    return f"{goal.purpose}{way}" if goal.pose else f"no goal pose: {goal.reason}"
+
+
+# record -> its line; the others say their sentence or reason
+WORDS: dict[type[records.Record], Callable[[Any], str]] = {
+    records.Query: lambda query: f"“{query.sentence}”",
+    records.Ranking: lambda ranking: f"{len(ranking.candidates)} candidates for “{ranking.target}”",
+    records.Chosen: lambda chosen: f"{chosen.label} ({chosen.score:.2f})",
+    records.Goal: _goal,
+    records.OperatorReply: lambda said: f"{said.reply}{f' ({said.who}, {said.how})' if said.who else ''}",
+    records.Checks: lambda checks: f"{checks.verdict}: {checks.reason}",
+    records.Transition: lambda step: f"{step.source} → {step.target}: {step.because}",
+    records.Feedback: lambda feedback: f"{feedback.distance_remaining_m:.1f} m to go",
+    records.Ended: lambda ended: f"{ended.end}: {ended.reason}",
+}
 
 
 def _attached_memory(trial: TrialReader) -> ObjectMemory | None:
