@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import getpass
+import os
 import re
 import sys
 import threading
 from collections.abc import Callable, Mapping
+from contextlib import suppress
+from pathlib import Path
 from typing import TextIO
 
 from drivers.ports import Approval
@@ -75,6 +78,7 @@ class Terminal:
             print(neutralise(sentence), file=self._screen, flush=True)
         except (OSError, ValueError) as error:
             self._dark = True
+            _discard(self._screen)
             logger().error("screen_lost", reason=str(error))
             if self._shown:
                 self._lost()
@@ -161,6 +165,14 @@ def _is_terminal(stream: TextIO | None) -> bool:
         return stream is not None and stream.isatty()
     except (OSError, ValueError):
         return False
+
+
+def _discard(screen: TextIO) -> None:
+    """What a lost screen still holds goes nowhere: flushing it at the end would fail, and be the exit status."""
+    with suppress(OSError, ValueError):  # a screen without a file behind it holds nothing
+        descriptor = screen.fileno()
+        with Path(os.devnull).open("wb") as nowhere:
+            os.dup2(nowhere.fileno(), descriptor)
 
 
 def _user() -> str:

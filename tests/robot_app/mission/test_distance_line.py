@@ -42,3 +42,14 @@ def test_a_terminal_has_one_line_that_is_rewritten_and_cleared() -> None:
 
 def test_a_log_gets_a_line_now_and_then() -> None:
     assert drive(Screen(terminal=False), 12).splitlines() == ["12.0 m to go", "7.0 m to go", "2.0 m to go"]
+
+
+class Gone(Screen):
+    """A terminal that hung up: every flush fails, as the kernel says EIO."""
+
+    def flush(self) -> None:
+        raise OSError(5, "Input/output error")
+
+
+def test_a_screen_that_went_away_ends_no_mission() -> None:
+    drive(Gone(terminal=True), 2)
