@@ -15,7 +15,7 @@ from openbelief.grounded.options import GroundedOptions
 from openbelief.grounded.which import BY_VIEWER
 from openbelief.memory import Candidate, ObjectMemory
 from openbelief.request import Request
-from openbelief.request.asked import Asked
+from openbelief.request.encoded import EncodedRequest
 
 Doubt = Literal["found", "unsure", "not found"]
 
@@ -46,7 +46,7 @@ class Retrieved:
 
 
 def retrieve(
-    asked: Asked,
+    asked: EncodedRequest,
     memory: ObjectMemory,
     policy: MissionPolicy,
     options: GroundedOptions,

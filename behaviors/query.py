@@ -9,14 +9,14 @@ from behaviors.arrival import CameraMount
 from behaviors.attempt import Attempt
 from openbelief.grounded.geometry import Viewer
 from openbelief.memory import Candidate
-from openbelief.request.asked import Asked
+from openbelief.request.encoded import EncodedRequest
 
 
 @dataclass
 class QueryProgress:
     """q never changes, R and U only grow."""
 
-    asked: Asked  # parsed and embedded once, for ranking, checking and the record
+    asked: EncodedRequest  # parsed and embedded once, for ranking, checking and the record
     viewer: Viewer | None = None  # where the robot stood when it was asked, where the sentence needs it
     doubt_because: str = ""  # why the operator has to say, where it is unsure
     mount: CameraMount | None = None

@@ -39,7 +39,7 @@ def largest_cluster(points: Array, parameters: Parameters) -> Array:
 
 
 @dataclass(frozen=True)
-class Reach:
+class Neighbourhood:
     """What eps is on voxels. ball: (b, 3) steps to all voxels within eps, the nearest first.
 
     side: of cubes, in voxels, all of whose voxels are within eps of each other and of those in cubes that are one of
@@ -54,7 +54,7 @@ class Reach:
 
 
 @lru_cache(maxsize=16)
-def reach_of(eps_m: float, voxel_m: float) -> Reach:
+def reach_of(eps_m: float, voxel_m: float) -> Neighbourhood:
     squared = ((eps_m + ROUNDING_M) / voxel_m) ** 2
     most = int(np.sqrt(squared)) + 1
     if most > MAX_REACH:
@@ -65,13 +65,13 @@ def reach_of(eps_m: float, voxel_m: float) -> Reach:
     side = max(sides, default=1)
     least = np.maximum(side * np.abs(steps) - (side - 1), 0)  # voxels along each axis from cube to cube
     ball, shell = (steps[(apart**2).sum(axis=1) <= squared] for apart in (steps, least))
-    return Reach(ball, side, FACES[: 6 * bool(sides)], shell)
+    return Neighbourhood(ball, side, FACES[: 6 * bool(sides)], shell)
 
 
 class _Near:
     """What lies around the voxels of one mask, and around the cubes that they fill."""
 
-    def __init__(self, voxels: Voxels, reach: Reach, stack: ExitStack) -> None:
+    def __init__(self, voxels: Voxels, reach: Neighbourhood, stack: ExitStack) -> None:
         self._counts, cubes = voxels.counts, voxels.steps // reach.side
         grid, coarse = Grid(voxels.steps, reach.ball), Grid(cubes, reach.shell)
         self._voxels = stack.enter_context(table(grid, grid.flat(voxels.steps)))

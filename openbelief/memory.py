@@ -33,8 +33,8 @@ from openbelief.perception.ports import TextEncoder
 from openbelief.phrase import is_background
 from openbelief.projection import check_projection, project_language, project_node
 from openbelief.request import Request, parse
-from openbelief.request.asked import Asked
-from openbelief.retrieval import Candidate, Question, Ranking, check_readout
+from openbelief.request.encoded import EncodedRequest
+from openbelief.retrieval import Candidate, NodeScores, RetrievalQuery, check_readout
 from openbelief.rooms import Room
 from openbelief.surroundings import Surroundings
 from openbelief.target_phrase import target_phrase
@@ -224,7 +224,7 @@ class ObjectMemory:
 
     def rank(
         self,
-        query: str | Asked | Array,
+        query: str | EncodedRequest | Array,
         readout: str = "consensus",
         exclude: Iterable[int] = frozenset(),
         limit: int | None = None,
@@ -244,12 +244,12 @@ class ObjectMemory:
         if known == "grounded":
             return self._ranked_grounded(query, frozenset(exclude), limit)
         vector, asked = self._ask(query)
-        return Ranking(self.table, Question(vector, known, asked)).best(frozenset(exclude), limit)
+        return NodeScores(self.table, RetrievalQuery(vector, known, asked)).best(frozenset(exclude), limit)
 
-    def asked(self, sentence: str | Request) -> Asked:
+    def asked(self, sentence: str | Request) -> EncodedRequest:
         """A sentence, parsed and embedded once. Raises ValueError where it names nothing, or without an encoder."""
         request = parse(sentence) if isinstance(sentence, str) else sentence
-        return Asked(request, self._encoded)
+        return EncodedRequest(request, self._encoded)
 
     def reader(self, options: GroundedOptions | None = None) -> GroundedReader:
         """What reads this memory with the readout `grounded`; one for the same options."""
@@ -265,7 +265,7 @@ class ObjectMemory:
 
     def answer(
         self,
-        query: str | Asked,
+        query: str | EncodedRequest,
         exclude: Iterable[int] = frozenset(),
         limit: int | None = None,
         *,
@@ -281,12 +281,12 @@ class ObjectMemory:
         return answer(self.reader(options).read(asked, viewer), lambda: self.table.phrases, frozenset(exclude), limit)
 
     def retrieve(
-        self, query: str | Asked | Array, readout: str = "consensus", exclude: Iterable[int] = frozenset()
+        self, query: str | EncodedRequest | Array, readout: str = "consensus", exclude: Iterable[int] = frozenset()
     ) -> Candidate | None:
         """The best candidate outside R_q; None is the paper's NONE, and `nothing_because` says why."""
         return next(iter(self.rank(query, readout, exclude, limit=1)), None)
 
-    def nothing_because(self, query: str | Asked | Array, exclude: Iterable[int] = frozenset()) -> str | None:
+    def nothing_because(self, query: str | EncodedRequest | Array, exclude: Iterable[int] = frozenset()) -> str | None:
         """Why `retrieve` gives None, in the operator's words; None where it gives a candidate."""
         if not len(self.table):
             return "the memory holds no objects"
@@ -322,23 +322,23 @@ class ObjectMemory:
         return {}
 
     def _ranked_grounded(
-        self, query: str | Asked | Array, exclude: frozenset[int], limit: int | None
+        self, query: str | EncodedRequest | Array, exclude: frozenset[int], limit: int | None
     ) -> list[Candidate]:
         reader = self.reader()
-        if isinstance(query, str | Asked):
+        if isinstance(query, str | EncodedRequest):
             return ranked(reader.read(self.asked(query) if isinstance(query, str) else query), exclude, limit)
         return ranked(reader.read_vector(self._ask(query)[0]), exclude, limit)
 
-    def _is_asked(self, query: str | Asked | Array) -> bool:
+    def _is_asked(self, query: str | EncodedRequest | Array) -> bool:
         """False where there is nothing to rank, which needs no encoder; what asks nothing is refused all the same."""
         if len(self.table) or not isinstance(query, str):
-            return bool(len(self.table)) or not isinstance(query, Asked)
+            return bool(len(self.table)) or not isinstance(query, EncodedRequest)
         target_phrase(query)
         return False
 
-    def _ask(self, query: str | Asked | Array) -> tuple[Array, Array]:
+    def _ask(self, query: str | EncodedRequest | Array) -> tuple[Array, Array]:
         """(d,) float64 unit query, and (N,) bool: the nodes that it ranks."""
-        if isinstance(query, Asked):
+        if isinstance(query, EncodedRequest):
             vector = query.f_q[None]
         elif isinstance(query, str):
             vector = self._encoded([target_phrase(query).text])
@@ -346,9 +346,9 @@ class ObjectMemory:
             vector = unit_rows([_vector(query)], self.text_dim, "The query vector")
         return vector[0], self._asked(query)
 
-    def _asked(self, query: str | Asked | Array) -> Array:
+    def _asked(self, query: str | EncodedRequest | Array) -> Array:
         """(N,) bool: all for a vector, the foreground for a sentence that does not name background."""
-        sentence = query.request.sentence if isinstance(query, Asked) else query
+        sentence = query.request.sentence if isinstance(query, EncodedRequest) else query
         if not isinstance(sentence, str) or is_background(target_phrase(sentence).thing):
             return np.ones(len(self.table), bool)
         return ~self.table.background

@@ -37,7 +37,7 @@ class Candidate:
 
 
 @dataclass(frozen=True)
-class Question:
+class RetrievalQuery:
     """What a ranking is asked: f_q, (d,) float64 unit, the head, and which (N,) nodes may answer."""
 
     vector: Array
@@ -96,10 +96,10 @@ def as_far_as_trusted(weights: Array, spoken: Array, asked: Array) -> Array:
     return (1.0 - weights) / best
 
 
-class Ranking:
+class NodeScores:
     """The scores of a memory's nodes for one question (eq. retrieval-score)."""
 
-    def __init__(self, table: NodeTable, question: Question) -> None:
+    def __init__(self, table: NodeTable, question: RetrievalQuery) -> None:
         self._table, self._question, self._parameters = table, question, table.evidence.parameters
         self._aligned = table.evidence.feature_text_aligned
         self._weights = visual_weights(table, self._parameters)

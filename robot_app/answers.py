@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from openbelief.grounded.answer import Answer, GroundedCandidate
     from openbelief.memory import ObjectMemory
     from openbelief.request import Request
-    from openbelief.request.asked import Asked
+    from openbelief.request.encoded import EncodedRequest
 
 READOUTS = ("grounded", "consensus", "early", "belief")
 
@@ -27,7 +27,7 @@ def request_of(sentence: str) -> Request:
         raise Failure(str(error)) from error
 
 
-def answer_as_json(memory: ObjectMemory, answer: Answer, asked: Asked) -> dict[str, Any]:
+def answer_as_json(memory: ObjectMemory, answer: Answer, asked: EncodedRequest) -> dict[str, Any]:
     """The answer's own part of `query --json`; the candidates are described by whoever shows them."""
     return {
         "answer": answer.answer,
@@ -45,7 +45,7 @@ def offer(memory: ObjectMemory, object_id: int) -> dict[str, Any]:
     return {"object_id": node.id, "label": node.label, "room": node.room}
 
 
-def consensus(memory: ObjectMemory, asked: Asked) -> dict[str, Any] | None:
+def consensus(memory: ObjectMemory, asked: EncodedRequest) -> dict[str, Any] | None:
     """What the paper's consensus would have answered, None where it has nothing."""
     best = next(iter(memory.rank(asked, "consensus", limit=1)), None)
     return None if best is None else offer(memory, best.object_id) | {"score": best.score}

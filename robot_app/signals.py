@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from robot_app.mission.operator import Operator
+from robot_app.mission.operator import SharedOperator
 
 BECAUSE = {
     signal.SIGINT: "the operator pressed Ctrl-C",
@@ -19,7 +19,7 @@ BECAUSE = {
 
 
 @contextmanager
-def signals_stop(operator: Operator) -> Iterator[list[int]]:
+def signals_stop(operator: SharedOperator) -> Iterator[list[int]]:
     """Within, each of these signals is a STOP with its reason, or ends a program that waits for a sentence.
 
     Yields those that came, for who should then end.

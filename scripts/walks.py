@@ -27,7 +27,11 @@ WALKS: dict[str, list[Stop]] = {
         ("openbelief/memory.py", "ObjectMemory.build", "association and belief over all evidence"),
     ],
     "STOP to the cancel on the wire": [
-        ("robot_app/mission/operator.py", "Operator.stop", "latched, whoever said it: terminal, page, voice, signal"),
+        (
+            "robot_app/mission/operator.py",
+            "SharedOperator.stop",
+            "latched, whoever said it: page, voice, signal",
+        ),
         ("behaviors/drive.py", "drive", "every poll of a drive asks for STOP first"),
         ("drivers/nav2/bridge.py", "Nav2Bridge.cancel", "the goal, then all goals, until it is acknowledged"),
         ("drivers/ros/action.py", "ActionClient.cancel", "CancelGoal as CDR, and its reply"),

@@ -24,7 +24,7 @@ _SEARCH_ACK = struct.Struct("<BB16s4sH")
 _ENDPOINT = struct.Struct("<4sHH")
 
 
-class Command(IntEnum):
+class CommandId(IntEnum):
     SEARCH = 0x0000
     SET = 0x0100
     GET = 0x0101
@@ -112,13 +112,13 @@ def parse_key_values(data: bytes, count: int, offset: int) -> dict[int, bytes]:
 
 
 def search_request(seq: int) -> ControlFrame:
-    return ControlFrame(seq, Command.SEARCH)
+    return ControlFrame(seq, CommandId.SEARCH)
 
 
 def search_ack(seq: int, found: Found) -> ControlFrame:
     ip = ipaddress.IPv4Address(found.ip).packed
     data = _SEARCH_ACK.pack(0, found.device_type, found.serial.encode("ascii"), ip, found.command_port)
-    return ControlFrame(seq, Command.SEARCH, data, is_ack=True, from_lidar=True)
+    return ControlFrame(seq, CommandId.SEARCH, data, is_ack=True, from_lidar=True)
 
 
 def parse_search_ack(data: bytes) -> Found:
@@ -127,12 +127,12 @@ def parse_search_ack(data: bytes) -> Found:
 
 
 def set_request(seq: int, values: Mapping[int, bytes]) -> ControlFrame:
-    return ControlFrame(seq, Command.SET, struct.pack("<HH", len(values), 0) + key_values(values))
+    return ControlFrame(seq, CommandId.SET, struct.pack("<HH", len(values), 0) + key_values(values))
 
 
 def push_request(seq: int, values: Mapping[int, bytes]) -> ControlFrame:
     """What the lidar sends unasked, once a second: its state, temperature and health codes."""
-    return set_request(seq, values)._replace(command=Command.PUSH, from_lidar=True)
+    return set_request(seq, values)._replace(command=CommandId.PUSH, from_lidar=True)
 
 
 def parse_values(data: bytes) -> dict[int, bytes]:
@@ -141,7 +141,7 @@ def parse_values(data: bytes) -> dict[int, bytes]:
 
 
 def set_ack(seq: int, code: int, error_key: int = 0) -> ControlFrame:
-    return ControlFrame(seq, Command.SET, struct.pack("<BH", code, error_key), is_ack=True, from_lidar=True)
+    return ControlFrame(seq, CommandId.SET, struct.pack("<BH", code, error_key), is_ack=True, from_lidar=True)
 
 
 def parse_set_ack(data: bytes) -> tuple[int, int]:
@@ -151,7 +151,7 @@ def parse_set_ack(data: bytes) -> tuple[int, int]:
 
 
 def get_request(seq: int, keys: Sequence[int]) -> ControlFrame:
-    return ControlFrame(seq, Command.GET, struct.pack(f"<HH{len(keys)}H", len(keys), 0, *keys))
+    return ControlFrame(seq, CommandId.GET, struct.pack(f"<HH{len(keys)}H", len(keys), 0, *keys))
 
 
 def parse_get_request(data: bytes) -> list[int]:
@@ -161,7 +161,7 @@ def parse_get_request(data: bytes) -> list[int]:
 
 def get_ack(seq: int, code: int, values: Mapping[int, bytes]) -> ControlFrame:
     data = struct.pack("<BH", code, len(values)) + key_values(values)
-    return ControlFrame(seq, Command.GET, data, is_ack=True, from_lidar=True)
+    return ControlFrame(seq, CommandId.GET, data, is_ack=True, from_lidar=True)
 
 
 def parse_get_ack(data: bytes) -> tuple[int, dict[int, bytes]]:

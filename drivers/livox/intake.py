@@ -81,7 +81,7 @@ class DatagramDecoder:
     def take_push(self, datagram: bytes, arrival_ns: int) -> None:
         try:
             frame = control_wire.decode(datagram)
-            if frame.command != control_wire.Command.PUSH or frame.is_ack:
+            if frame.command != control_wire.CommandId.PUSH or frame.is_ack:
                 raise LivoxWireError(PacketRefusal.TYPE, f"Command {frame.command:#06x} is no push message.")
             self.state = lidar_state(control_wire.parse_values(frame.data), arrival_ns)
         except LivoxWireError as error:

@@ -9,7 +9,7 @@ import socket
 from collections.abc import Mapping
 
 from drivers.livox import control_wire
-from drivers.livox.control_wire import Command, ControlFrame
+from drivers.livox.control_wire import CommandId, ControlFrame
 from drivers.livox.keys import RETURN_CODES, SAMPLING, Key, word
 from drivers.livox.wire import LivoxWireError
 from drivers.ports import LinkLost, PortError
@@ -40,7 +40,7 @@ class LivoxControl:
         return self._seq
 
     def _ask(self, request: ControlFrame) -> bytes:
-        name, (ip, port) = Command(request.command).name, self._lidar
+        name, (ip, port) = CommandId(request.command).name, self._lidar
         self._socket.settimeout(ACK_TIMEOUT_S)
         for _ in range(TRIES):
             try:

@@ -23,7 +23,7 @@ from drivers.ports import (
     PoseSource,
 )
 from drivers.ros import action
-from drivers.ros.action import ActionClient, Answer
+from drivers.ros.action import ActionClient, ActionReply
 from drivers.ros.bridge_keys import BridgeKeys, Keys
 from drivers.ros.convert import pose_message
 from drivers.ros.messages import Message
@@ -154,7 +154,7 @@ class Nav2Bridge:
             self._goal.end = end
         return end
 
-    def _ask_planner(self, goal: Pose2) -> tuple[bytes, Answer]:
+    def _ask_planner(self, goal: Pose2) -> tuple[bytes, ActionReply]:
         uuid = self._new_uuid()
         return uuid, self._planner.send_goal(uuid, self._limits.send_s, goal=pose_message(goal))
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from drivers.ros import action
-from drivers.ros.action import Answer
+from drivers.ros.action import ActionReply
 from drivers.ros.messages import Message
 
 # The gravest first: what one server says of a goal, where another says something else.
 GRAVITY = (action.CANCEL_REJECTED, action.CANCEL_OK, action.CANCEL_TERMINATED, action.CANCEL_UNKNOWN_GOAL)
 
 
-def cancel_code(answer: Answer, uuid: bytes) -> int | None:
+def cancel_code(answer: ActionReply, uuid: bytes) -> int | None:
     """The gravest answer to the cancel of one goal; None where there is none, or one cannot be read.
 
     "Ok" that does not name the goal cancels nothing (rclpy's way of refusing).
@@ -23,13 +23,13 @@ def cancel_code(answer: Answer, uuid: bytes) -> int | None:
     return min((code for code in codes if code is not None), key=GRAVITY.index)
 
 
-def all_refused(answer: Answer) -> bool:
+def all_refused(answer: ActionReply) -> bool:
     """Whether the cancel of all goals was not taken: unanswered, unreadable, or refused by a server."""
     codes = [None if reply is None else int(reply.return_code) for reply in answer.every]
     return not codes or any(code in (None, action.CANCEL_REJECTED) for code in codes)
 
 
-def not_halted(every: Answer, each: Sequence[tuple[bytes, Answer]]) -> str | None:
+def not_halted(every: ActionReply, each: Sequence[tuple[bytes, ActionReply]]) -> str | None:
     """Why a goal may still run after the cancel of all goals and of `each`, as a clause; None where none does.
 
     The answer for all goals may leave out one that was refused, so each goal that is known is asked for by itself.

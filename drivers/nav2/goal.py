@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from drivers.ports import NavigationFeedback, NavigationResult
 from drivers.ros import action
-from drivers.ros.action import Answer
+from drivers.ros.action import ActionReply
 from drivers.ros.convert import pose_of
 from drivers.ros.messages import Message
 
@@ -27,7 +27,7 @@ class NavigationGoal:
     forgotten: bool = False  # the server's goals do not hold it any more
     accepted_ns: int | None = None  # by the server's clock
     doubled: bool = False  # two servers accepted it, each at a moment of its own
-    answer: Answer | None = None
+    answer: ActionReply | None = None
     feedback: NavigationFeedback | None = None
     end: NavigationResult | None = None
     lock: threading.Lock = field(default_factory=threading.Lock)
@@ -63,7 +63,7 @@ class NavigationGoal:
             asked, self.waiting = not self.waiting, True
             return asked
 
-    def keep(self, answer: Answer) -> None:
+    def keep(self, answer: ActionReply) -> None:
         """The get_result has ended; without a message it says nothing."""
         with self.lock:
             self.waiting = False

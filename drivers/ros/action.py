@@ -33,7 +33,7 @@ CANCEL_OK, CANCEL_REJECTED, CANCEL_UNKNOWN_GOAL, CANCEL_TERMINATED = range(4)  #
 
 
 @dataclass(frozen=True)
-class Answer:
+class ActionReply:
     """The reply to one question; where there is none, `why` is the clause that says so.
 
     replies: each server's own where several answered, None for one that cannot be read; then `message` is None.
@@ -55,15 +55,15 @@ class ServiceClient:
     def __init__(self, link: ZenohLink, key: str, type_name: str, shapes: Shapes) -> None:
         self._link, self._key, self._type_name, self._shapes = link, key, type_name, shapes
 
-    def ask(self, timeout_s: float, **fields: Message) -> Answer:
+    def ask(self, timeout_s: float, **fields: Message) -> ActionReply:
         """Wait for the reply, `timeout_s` of wall time at most. Raises LinkLost where our own session is closed."""
         return self.ask_with(self._request(fields), timeout_s)
 
-    def ask_with(self, payload: bytes, timeout_s: float) -> Answer:
+    def ask_with(self, payload: bytes, timeout_s: float) -> ActionReply:
         """The same for a request that is encoded already."""
         return self._answer(self._link.get(self._key, payload, timeout_s))
 
-    def ask_later(self, timeout_s: float, use: Callable[[Answer], None], **fields: Message) -> None:
+    def ask_later(self, timeout_s: float, use: Callable[[ActionReply], None], **fields: Message) -> None:
         """The same without waiting."""
         payload = self._request(fields)
         self._link.get_later(self._key, payload, timeout_s, lambda replies: use(self._answer(replies)))
@@ -71,25 +71,27 @@ class ServiceClient:
     def _request(self, fields: dict[str, Message]) -> bytes:
         return self._shapes.encode(self._shapes.make(f"{self._type_name}_Request", **fields))
 
-    def _answer(self, replies: Replies) -> Answer:
+    def _answer(self, replies: Replies) -> ActionReply:
         """An empty list is ambiguous: no such service, a request it could not read, or a link that died."""
         if len(replies.payloads) > 1:
             said = f"{len(replies.payloads)} servers answered on {self._key}: leave one running"
-            return Answer(None, said, tuple(self._decoded(payload).message for payload in replies.payloads))
+            return ActionReply(None, said, tuple(self._decoded(payload).message for payload in replies.payloads))
         if replies.payloads:
             return self._decoded(replies.payloads[0])
         if replies.errors:
             late = "Timeout" in replies.errors
-            return Answer(None, "no answer came in time" if late else f"the answer was an error: {replies.errors[0]}")
-        return Answer(None, f"nobody answered on {self._key}")
+            return ActionReply(
+                None, "no answer came in time" if late else f"the answer was an error: {replies.errors[0]}"
+            )
+        return ActionReply(None, f"nobody answered on {self._key}")
 
-    def _decoded(self, payload: bytes) -> Answer:
+    def _decoded(self, payload: bytes) -> ActionReply:
         if len(payload) > ACTION_MAX_BYTES:
-            return Answer(None, f"the answer has {len(payload)} bytes, more than the {ACTION_MAX_BYTES} allowed")
+            return ActionReply(None, f"the answer has {len(payload)} bytes, more than the {ACTION_MAX_BYTES} allowed")
         try:
-            return Answer(self._shapes.decode(payload, f"{self._type_name}_Response"))
+            return ActionReply(self._shapes.decode(payload, f"{self._type_name}_Response"))
         except WireError as error:
-            return Answer(None, f"the answer cannot be read: {error}")
+            return ActionReply(None, f"the answer cannot be read: {error}")
 
 
 def service_client(link: ZenohLink, keys: Keys, service: Service, shapes: Shapes) -> ServiceClient:
@@ -113,7 +115,7 @@ class ActionClient:
     def _service(self, part: str, type_name: str) -> ServiceClient:
         return ServiceClient(self._link, self._keys.action(self.action, part), type_name, self._shapes)
 
-    def send_goal(self, uuid: bytes, timeout_s: float, **goal: Message) -> Answer:
+    def send_goal(self, uuid: bytes, timeout_s: float, **goal: Message) -> ActionReply:
         """SendGoal_Response. The same uuid sent twice cannot run twice.
 
         A goal whose shape differs between the distributions left is asked in each, in their order, until one answers;
@@ -133,23 +135,23 @@ class ActionClient:
         goal = codec.make(f"{self.action.type_name}_Goal", **fields)
         return codec.make(f"{self.action.type_name}_SendGoal_Request", goal_id=self._uuid(uuid), goal=goal)
 
-    def get_result(self, uuid: bytes, timeout_s: float) -> Answer:
+    def get_result(self, uuid: bytes, timeout_s: float) -> ActionReply:
         """GetResult_Response; the server answers when the goal has ended, at once where it knows no such goal."""
         return self._result.ask(timeout_s, goal_id=self._uuid(uuid))
 
-    def get_result_later(self, uuid: bytes, timeout_s: float, use: Callable[[Answer], None]) -> None:
+    def get_result_later(self, uuid: bytes, timeout_s: float, use: Callable[[ActionReply], None]) -> None:
         self._result.ask_later(timeout_s, use, goal_id=self._uuid(uuid))
 
-    def cancel(self, uuid: bytes, timeout_s: float) -> Answer:
+    def cancel(self, uuid: bytes, timeout_s: float) -> ActionReply:
         """CancelGoal_Response; ALL_GOALS cancels every goal of the server."""
         return self._cancel.ask(timeout_s, goal_info=self._info(uuid))
 
-    def cancel_each(self, uuids: Sequence[bytes], timeout_s: float) -> list[Answer]:
+    def cancel_each(self, uuids: Sequence[bytes], timeout_s: float) -> list[ActionReply]:
         """The answers to several cancels, all asked at once."""
-        answers: SimpleQueue[tuple[int, Answer]] = SimpleQueue()
+        answers: SimpleQueue[tuple[int, ActionReply]] = SimpleQueue()
         for number, uuid in enumerate(uuids):
             self.cancel_later(uuid, timeout_s, partial(_keep, answers, number))
-        found = [Answer(None, "no answer came in time")] * len(uuids)
+        found = [ActionReply(None, "no answer came in time")] * len(uuids)
         end_s = time.monotonic() + timeout_s + 1.0  # Zenoh ends every query itself; the margin is for a loaded machine
         with suppress(Empty):
             for _ in uuids:
@@ -157,7 +159,7 @@ class ActionClient:
                 found[number] = answer
         return found
 
-    def cancel_later(self, uuid: bytes, timeout_s: float, use: Callable[[Answer], None]) -> None:
+    def cancel_later(self, uuid: bytes, timeout_s: float, use: Callable[[ActionReply], None]) -> None:
         self._cancel.ask_later(timeout_s, use, goal_info=self._info(uuid))
 
     def listen(
@@ -187,7 +189,7 @@ class ActionClient:
         return self._shapes.make("unique_identifier_msgs/msg/UUID", uuid=np.frombuffer(uuid, np.uint8))
 
 
-def _keep(answers: SimpleQueue[tuple[int, Answer]], number: int, answer: Answer) -> None:
+def _keep(answers: SimpleQueue[tuple[int, ActionReply]], number: int, answer: ActionReply) -> None:
     answers.put((number, answer))
 
 

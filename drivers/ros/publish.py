@@ -62,7 +62,7 @@ class CameraTopics:
     camera_info: Topic = CAMERA_INFO
 
 
-class Rate:
+class Throttle:
     """Lets through one in a period by the clock, whatever comes."""
 
     def __init__(self, clock: Clock, period_s: float) -> None:
@@ -79,15 +79,15 @@ class Rate:
 class NewSamples:
     """The newest sample of a port where it was not given out yet and is due."""
 
-    def __init__(self, latest: Callable[[float], Any], rate: Rate) -> None:
-        self._latest, self._rate, self._stamp_ns = latest, rate, 0
+    def __init__(self, latest: Callable[[float], Any], throttle: Throttle) -> None:
+        self._latest, self._throttle, self._stamp_ns = latest, throttle, 0
 
     def take(self) -> Any | None:
         try:
             sample = self._latest(MAX_AGE_S)
         except StaleData:
             return None
-        if sample.stamp_ns <= self._stamp_ns or not self._rate.due():
+        if sample.stamp_ns <= self._stamp_ns or not self._throttle.due():
             return None
         self._stamp_ns = sample.stamp_ns
         return sample
@@ -100,7 +100,7 @@ class CameraPublisher:
         self, outlet: Outlet, clock: Clock, camera: Camera, *, rate_hz: float = 15.0, topics: CameraTopics | None = None
     ) -> None:
         self._outlet, self._topics = outlet, topics or CameraTopics()
-        self._frames = NewSamples(camera.latest, Rate(clock, 1.0 / rate_hz))
+        self._frames = NewSamples(camera.latest, Throttle(clock, 1.0 / rate_hz))
 
     def step(self) -> None:
         frame: CameraFrame | None = self._frames.take()
@@ -121,7 +121,7 @@ class LidarPublisher:
         self, outlet: Outlet, clock: Clock, lidar: Lidar, *, rate_hz: float = 10.0, topic: Topic = LIDAR
     ) -> None:
         self._outlet, self._topic = outlet, topic
-        self._clouds = NewSamples(lidar.latest, Rate(clock, 1.0 / rate_hz))
+        self._clouds = NewSamples(lidar.latest, Throttle(clock, 1.0 / rate_hz))
 
     def step(self) -> None:
         cloud: LidarCloud | None = self._clouds.take()
@@ -160,10 +160,10 @@ class DiagnosisPublisher:
 
     def __init__(self, outlet: Outlet, clock: Clock, diagnose: Callable[[], Sequence[Diagnosis]]) -> None:
         self._outlet, self._clock, self._diagnose = outlet, clock, diagnose
-        self._rate = Rate(clock, DIAGNOSES_EVERY_S)
+        self._throttle = Throttle(clock, DIAGNOSES_EVERY_S)
 
     def step(self) -> None:
-        if self._rate.due() and (diagnoses := self._diagnose()):
+        if self._throttle.due() and (diagnoses := self._diagnose()):
             self._outlet.send(DIAGNOSTICS, diagnostics_message(self._clock.now_ns(), diagnoses))
 
 
@@ -172,8 +172,8 @@ class MountPublisher:
 
     def __init__(self, outlet: Outlet, clock: Clock, mounts: Sequence[tuple[str, str, Array]]) -> None:
         self._outlet, self._clock, self._mounts = outlet, clock, mounts
-        self._rate = Rate(clock, MOUNTS_EVERY_S)
+        self._throttle = Throttle(clock, MOUNTS_EVERY_S)
 
     def step(self) -> None:
-        if self._rate.due():
+        if self._throttle.due():
             self._outlet.send(TF_STATIC, transforms_message(self._clock.now_ns(), self._mounts))

@@ -11,7 +11,7 @@ from typing import TypeVar
 
 from drivers.repeats import Repeats
 from drivers.ros import action
-from drivers.ros.action import ActionClient, Answer
+from drivers.ros.action import ActionClient, ActionReply
 from drivers.ros.bridge_keys import BridgeKeys
 from drivers.ros.shapes import AUTO, shapes_of
 from drivers.ros.zenoh_link import ZenohLink
@@ -189,7 +189,7 @@ class WatchdogGuard:
     def _hear_goals(self, statuses: dict[bytes, int]) -> None:
         self._driving = any(status in (action.ACCEPTED, action.EXECUTING) for status in statuses.values())
 
-    def _hear_answer(self, trip: int, answer: Answer) -> None:
+    def _hear_answer(self, trip: int, answer: ActionReply) -> None:
         """An answer to the cancel of an earlier trip says nothing about this one."""
         code = None
         if answer.every and None not in answer.every:

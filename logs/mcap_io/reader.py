@@ -18,8 +18,8 @@ from logs.mcap_io.scan import (
     MAGIC,
     PREFIX,
     Damage,
+    PositionedFile,
     RawRecord,
-    Source,
     Summary,
     chunk_records,
     is_unknown,
@@ -130,11 +130,11 @@ class LogReader:
         return {message.topic: message.type_name for message in self}
 
     @contextmanager
-    def _source(self) -> Iterator[tuple[Source, Summary | None]]:
+    def _source(self) -> Iterator[tuple[PositionedFile, Summary | None]]:
         """The open file and its summary (None when reading a prefix); Damage becomes a refusal, or `.damage`."""
         if not self.path.is_file():
             raise LogError(self._missing())
-        with Source(self.path) as source:
+        with PositionedFile(self.path) as source:
             if source.size < len(MAGIC) or source.read(0, len(MAGIC)) != MAGIC:
                 raise LogError(f"{self.path} is not an MCAP recording, or its first bytes are damaged")
             try:
@@ -147,7 +147,7 @@ class LogReader:
                     ) from error
                 self.damage = str(error)
 
-    def _summary(self, source: Source) -> Summary | None:
+    def _summary(self, source: PositionedFile) -> Summary | None:
         """The index; None where it is damaged and only a prefix is wanted."""
         try:
             return summary_of(source)
@@ -192,7 +192,7 @@ class Definitions:
         return LogMessage(channel.topic, type_name, channel.message_encoding, *stamps, message.data)
 
 
-def checked_records(source: Source, summary: Summary | None) -> Iterator[RawRecord]:
+def checked_records(source: PositionedFile, summary: Summary | None) -> Iterator[RawRecord]:
     """The records of the data section, up to its end, whose checksum must hold; Damage at the first that is wrong."""
     crc, offset = zlib.crc32(source.read(0, len(MAGIC))), len(MAGIC)
     chunks = summary.chunk_offsets if summary else None

@@ -23,8 +23,8 @@ from logs.mcap_io.scan import (
     OURS,
     READERS,
     Damage,
+    PositionedFile,
     RawRecord,
-    Source,
     Summary,
     attachment_crc,
     chunk_records,
@@ -77,7 +77,7 @@ def recover(source_path: Path, output_path: Path, progress: Callable[[float], No
     if not source_path.is_file():
         raise LogError(f"{source_path} is not there, or not a file")
     report = RecoveryReport(str(source_path), str(output_path))
-    with Source(source_path) as source:
+    with PositionedFile(source_path) as source:
         output = McapFile(output_path, unfinished=".recovering").open(_profile(source))
         try:
             _Recovery(source, output, report).run(progress)
@@ -94,7 +94,7 @@ def recover(source_path: Path, output_path: Path, progress: Callable[[float], No
 class _Recovery:
     """One pass over the source."""
 
-    def __init__(self, source: Source, output: McapFile, report: RecoveryReport) -> None:
+    def __init__(self, source: PositionedFile, output: McapFile, report: RecoveryReport) -> None:
         self.source, self.output, self.report = source, output, report
         self.summary = self._summary()
         self.definitions = Definitions(self.summary)
@@ -233,18 +233,18 @@ class _Recovery:
             self.report.lost("the checksum over the whole file does not match: its index is wrong, its messages hold")
 
 
-def _profile(source: Source) -> str:
+def _profile(source: PositionedFile) -> str:
     """The source's profile where it is one that exists: nothing protects the header of an unfinished file."""
     head = _header(source)
     return head.profile if head is not None and head.profile in KNOWN_PROFILES else PROFILE
 
 
-def _library(source: Source) -> str:
+def _library(source: PositionedFile) -> str:
     head = _header(source)
     return head.library if head is not None else ""
 
 
-def _header(source: Source) -> records.Header | None:
+def _header(source: PositionedFile) -> records.Header | None:
     try:
         raw = record_at(source, len(MAGIC))
         return parse(raw) if raw.opcode == Opcode.HEADER else None

@@ -6,7 +6,7 @@ import struct
 
 from mcap.opcode import Opcode
 
-from logs.mcap_io.scan import MAX_BODY_BYTES, MAX_OTHER_BYTES, PREFIX, READERS, Damage, Source, Summary
+from logs.mcap_io.scan import MAX_BODY_BYTES, MAX_OTHER_BYTES, PREFIX, READERS, Damage, PositionedFile, Summary
 
 CHUNK_MARKS = (b"\x04\x00\x00\x00zstd", b"\x03\x00\x00\x00lz4")  # a chunk's compressor, with its length before it
 MARK_AT = PREFIX.size + 28  # where that stands in a chunk: after two times, the size and the checksum
@@ -19,7 +19,7 @@ LAYOUT: dict[int, tuple[int | str, ...]] = {  # bytes of fixed size, or the widt
 }
 
 
-def next_record(source: Source, offset: int, summary: Summary | None) -> int:
+def next_record(source: PositionedFile, offset: int, summary: Summary | None) -> int:
     """The nearest end that the damaged record at `offset` declares and a record follows, else the next chunk.
 
     A record says its length twice, in front and by the lengths of its fields, so one wrong length loses nothing else.
@@ -33,7 +33,7 @@ def next_record(source: Source, offset: int, summary: Summary | None) -> int:
     return min(plausible) if plausible else _next_chunk(source, offset, summary)
 
 
-def _declared_ends(source: Source, offset: int) -> list[int]:
+def _declared_ends(source: PositionedFile, offset: int) -> list[int]:
     ends = []
     try:
         opcode, length = PREFIX.unpack(source.read(offset, PREFIX.size))
@@ -47,12 +47,12 @@ def _declared_ends(source: Source, offset: int) -> list[int]:
     return ends
 
 
-def _sized(source: Source, at: int, width: str) -> int:
+def _sized(source: PositionedFile, at: int, width: str) -> int:
     size = struct.calcsize(f"<{width}")
     return size + int(struct.unpack(f"<{width}", source.read(at, size))[0])
 
 
-def _could_begin(source: Source, offset: int) -> bool:
+def _could_begin(source: PositionedFile, offset: int) -> bool:
     """A known kind and a sane length: random bytes pass once in 10^11."""
     if source.size - offset < PREFIX.size:
         return True
@@ -60,7 +60,7 @@ def _could_begin(source: Source, offset: int) -> bool:
     return opcode in READERS and length <= MAX_BODY_BYTES.get(opcode, MAX_OTHER_BYTES)
 
 
-def _next_chunk(source: Source, offset: int, summary: Summary | None) -> int:
+def _next_chunk(source: PositionedFile, offset: int, summary: Summary | None) -> int:
     if summary is not None and summary.chunk_offsets is not None:
         return min((at for at in summary.chunk_offsets if at > offset), default=source.size)
     marks = [source.find(mark, offset + 1 + MARK_AT) for mark in CHUNK_MARKS]

@@ -87,14 +87,14 @@ class Summary:
     statistics: records.Statistics | None = None
 
 
-class Source:
+class PositionedFile:
     """A file read by position. The context manager owns the handle."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self.exact = True
 
-    def __enter__(self) -> Source:
+    def __enter__(self) -> PositionedFile:
         self._file = self.path.open("rb")
         self.size = self._file.seek(0, 2)
         self.exact = _is_ours(self)
@@ -127,7 +127,7 @@ class Source:
         return None
 
 
-def record_at(source: Source, offset: int) -> RawRecord:
+def record_at(source: PositionedFile, offset: int) -> RawRecord:
     """The record that begins at `offset`; Damage where it does not fit into the file or its size limit."""
     opcode, length = PREFIX.unpack(source.read(offset, PREFIX.size))
     if length > source.size - offset - PREFIX.size:
@@ -212,7 +212,7 @@ def message_of(raw: RawRecord) -> records.Message:
     )
 
 
-def summary_of(source: Source) -> Summary:
+def summary_of(source: PositionedFile) -> Summary:
     """The summary section; Damage where the end of the file, the footer or the checksum is not as written."""
     tail = PREFIX.size + 20 + len(MAGIC)
     if source.size < len(MAGIC) + tail or source.read(source.size - len(MAGIC), len(MAGIC)) != MAGIC:
@@ -230,7 +230,7 @@ def summary_of(source: Source) -> Summary:
     return _read_summary(source, start, footer_raw.offset)
 
 
-def _is_ours(source: Source) -> bool:
+def _is_ours(source: PositionedFile) -> bool:
     """Whether our recorder wrote it, as its header says; what cannot be read is taken for ours, and read strictly."""
     at = len(MAGIC)
     source.exact = False  # a header may have fields of a later version, too
@@ -241,7 +241,7 @@ def _is_ours(source: Source) -> bool:
         return True
 
 
-def _read_summary(source: Source, offset: int, end: int) -> Summary:
+def _read_summary(source: PositionedFile, offset: int, end: int) -> Summary:
     summary, chunks = Summary(), set()
     while offset < end:
         raw = record_at(source, offset)

@@ -6,12 +6,12 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import field_validator
 
-from logs.trial.parts import Decision, Note, Part, PlanarPose
+from logs.trial.parts import Decision, Note, PlanarPose, RecordPart
 
 OLD_STATES = {"confirm": "await_approval"}  # as in trials of before 2026-11-29
 
 
-class Scored(Part):
+class Scored(RecordPart):
     object_id: int
     score: float
     visual: float | None
@@ -56,7 +56,7 @@ class Goal(Decision):
     reason: str
 
 
-class Check(Part):
+class Check(RecordPart):
     """One arrival check: its value against its threshold; None where there was nothing to measure."""
 
     value: float | None

@@ -14,11 +14,11 @@ from openbelief.pose import Pose2
 Role: TypeAlias = Literal["input", "decision", "note"]
 
 
-class Part(BaseModel):
+class RecordPart(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
-class Record(Part):
+class Record(RecordPart):
     """One line of a trial. Raises pydantic's ValidationError on unknown fields and numbers that are not finite."""
 
     topic: ClassVar[str]
@@ -43,7 +43,7 @@ class Note(Record):
     role: ClassVar[Role] = "note"
 
 
-class PlanarPose(Part):
+class PlanarPose(RecordPart):
     """A pose in the map frame: metres and radians."""
 
     x: float
@@ -58,7 +58,7 @@ class PlanarPose(Part):
         return Pose2(self.x, self.y, self.yaw)
 
 
-class Calibration(Part):
+class Calibration(RecordPart):
     width: int
     height: int
     fx: float
@@ -84,7 +84,7 @@ class Calibration(Part):
         return Intrinsics(self.width, self.height, self.fx, self.fy, self.cx, self.cy, self.distortion)
 
 
-class Segment(Part):
+class Segment(RecordPart):
     """One mask of perception. feature: base64 of little-endian float32."""
 
     index: int

@@ -29,7 +29,7 @@ class Viewer:
 
 
 @dataclass(frozen=True, eq=False)
-class Boxes:
+class ObjectBoxes:
     """low, high, middle: (n, 3), map frame, metres. free: (n,) bool, what counts as standing around."""
 
     low: Array
@@ -38,7 +38,7 @@ class Boxes:
     free: Array
 
     @classmethod
-    def of(cls, table: MapTable) -> Boxes:
+    def of(cls, table: MapTable) -> ObjectBoxes:
         return cls(table.low, table.high, (table.low + table.high) / 2, ~table.background)
 
 
@@ -50,13 +50,13 @@ class Gaps:
     level: Array
 
 
-def gaps(boxes: Boxes, anchor: int) -> Gaps:
+def gaps(boxes: ObjectBoxes, anchor: int) -> Gaps:
     apart = np.maximum(np.maximum(boxes.low - boxes.high[anchor], boxes.low[anchor] - boxes.high), 0.0)
     return Gaps(np.linalg.norm(apart, axis=1), np.hypot(apart[:, 0], apart[:, 1]))
 
 
 def nearness(
-    boxes: Boxes, kind: RelationKind, anchor: int, held: bool, viewer: Viewer | None, options: GroundedOptions
+    boxes: ObjectBoxes, kind: RelationKind, anchor: int, held: bool, viewer: Viewer | None, options: GroundedOptions
 ) -> Array:
     """(n,) in [0, 1]: how well each box stands to the anchor. held: how well the anchor stands to each box."""
     if kind in DIRECTIONS:
@@ -64,20 +64,20 @@ def nearness(
     return MEASURES[kind](boxes, anchor, held, options)
 
 
-def _near(boxes: Boxes, anchor: int, _: bool, options: GroundedOptions) -> Array:
+def _near(boxes: ObjectBoxes, anchor: int, _: bool, options: GroundedOptions) -> Array:
     return np.exp(-gaps(boxes, anchor).distance / options.near_m)
 
 
-def _nearest(boxes: Boxes, anchor: int, _: bool, options: GroundedOptions) -> Array:
+def _nearest(boxes: ObjectBoxes, anchor: int, _: bool, options: GroundedOptions) -> Array:
     return np.exp(-gaps(boxes, anchor).distance / options.nearest_m)
 
 
-def _farthest(boxes: Boxes, anchor: int, _: bool, options: GroundedOptions) -> Array:
+def _farthest(boxes: ObjectBoxes, anchor: int, _: bool, options: GroundedOptions) -> Array:
     distance = gaps(boxes, anchor).distance
     return np.exp((distance - distance.max(initial=0.0)) / options.nearest_m)
 
 
-def _on(boxes: Boxes, anchor: int, held: bool, options: GroundedOptions) -> Array:
+def _on(boxes: ObjectBoxes, anchor: int, held: bool, options: GroundedOptions) -> Array:
     """The one's bottom at the other's top; on a shelf it stands inside the other's box, off its bottom."""
     above, below = (anchor, slice(None)) if held else (slice(None), anchor)
     level = gaps(boxes, anchor).level
@@ -87,13 +87,13 @@ def _on(boxes: Boxes, anchor: int, held: bool, options: GroundedOptions) -> Arra
     return np.exp(-level / options.touch_m) * np.maximum(surface, shelf)
 
 
-def _under(boxes: Boxes, anchor: int, held: bool, options: GroundedOptions) -> Array:
+def _under(boxes: ObjectBoxes, anchor: int, held: bool, options: GroundedOptions) -> Array:
     lower, upper = (anchor, slice(None)) if held else (slice(None), anchor)
     short = np.maximum(boxes.high[lower, 2] - boxes.high[upper, 2] + options.touch_m, 0.0)
     return np.exp(-gaps(boxes, anchor).level / options.touch_m) * np.exp(-short / options.height_m)
 
 
-def _in(boxes: Boxes, anchor: int, held: bool, options: GroundedOptions) -> Array:
+def _in(boxes: ObjectBoxes, anchor: int, held: bool, options: GroundedOptions) -> Array:
     """The share of the one's box that lies in the other's, grown by `touch_m`."""
     inner, outer = (anchor, slice(None)) if held else (slice(None), anchor)
     common = np.minimum(boxes.high[inner], boxes.high[outer] + options.touch_m) - np.maximum(
@@ -103,14 +103,14 @@ def _in(boxes: Boxes, anchor: int, held: bool, options: GroundedOptions) -> Arra
     return (np.clip(common, 0.0, None) / size).clip(0.0, 1.0).prod(axis=-1)
 
 
-def _with(boxes: Boxes, anchor: int, _: bool, options: GroundedOptions) -> Array:
+def _with(boxes: ObjectBoxes, anchor: int, _: bool, options: GroundedOptions) -> Array:
     """Whatever way: what is with a thing stands on it, in it, or close by."""
     on, within = (way(boxes, anchor, True, options) for way in (_on, _in))
     return np.maximum(np.maximum(on, within), _near(boxes, anchor, False, options))
 
 
 def _towards(
-    boxes: Boxes, kind: RelationKind, anchor: int, held: bool, viewer: Viewer | None, options: GroundedOptions
+    boxes: ObjectBoxes, kind: RelationKind, anchor: int, held: bool, viewer: Viewer | None, options: GroundedOptions
 ) -> Array:
     """Near, and on the side that is meant: seen by the viewer, else from the free side of the anchor."""
     ahead = _facing(boxes, anchor, viewer)
@@ -121,7 +121,7 @@ def _towards(
     return np.exp(-np.maximum(distance - options.near_m, 0.0) / options.nearest_m) * np.clip(cosine, 0.0, 1.0)
 
 
-def _facing(boxes: Boxes, anchor: int, viewer: Viewer | None) -> Array:
+def _facing(boxes: ObjectBoxes, anchor: int, viewer: Viewer | None) -> Array:
     """(2,) unit: from the one who looks to the anchor; nobody known looks from the middle of what stands around."""
     middle = boxes.middle[anchor, :2]
     near = boxes.free & (np.linalg.norm(boxes.middle[:, :2] - middle, axis=1) < AROUND_M)
@@ -132,7 +132,7 @@ def _facing(boxes: Boxes, anchor: int, viewer: Viewer | None) -> Array:
     return to_anchor / length if length > 1e-6 else np.array([1.0, 0.0])
 
 
-MEASURES: dict[RelationKind, Callable[[Boxes, int, bool, GroundedOptions], Array]] = {
+MEASURES: dict[RelationKind, Callable[[ObjectBoxes, int, bool, GroundedOptions], Array]] = {
     "next to": _near,
     "nearest to": _nearest,
     "farthest from": _farthest,

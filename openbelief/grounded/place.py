@@ -13,7 +13,7 @@ from openbelief.grounded.place_hints import HINTS
 from openbelief.grounded.table import MapTable
 from openbelief.grounded.thing import standardised
 from openbelief.polygon import inside
-from openbelief.request.asked import Asked
+from openbelief.request.encoded import EncodedRequest
 from openbelief.request.places import kind_of_place
 from openbelief.rooms import Room
 
@@ -104,7 +104,7 @@ def _contained(points: Array, rooms: Sequence[Room], slack_m: float) -> Array:
     return held
 
 
-def inferred_places(table: MapTable, asked: Asked, options: GroundedOptions) -> Array:
+def inferred_places(table: MapTable, asked: EncodedRequest, options: GroundedOptions) -> Array:
     """(n, places) log-softmax over the kinds of place of the standardised T log sum_j K_ij exp(a_j / T).
 
     a_j: the likeness of node j's consensus to the most typical thing of the place. K: Gaussian of the distance seen

@@ -19,7 +19,7 @@ from openbelief.grounded.table import MapTable
 from openbelief.grounded.thing import Name, ThingScores, generic_scores, scores_of_names, thing_scores
 from openbelief.grounded.which import BY_VIEWER, fitting, in_order
 from openbelief.phrase import is_background
-from openbelief.request.asked import Asked
+from openbelief.request.encoded import EncodedRequest
 from openbelief.request.places import is_place
 from openbelief.request.request import Negation, Relation, Request
 from openbelief.rooms import Room
@@ -76,7 +76,7 @@ class GroundedReader:
     def table(self) -> MapTable:
         return self._make_table()
 
-    def read(self, asked: Asked, viewer: Viewer | None = None) -> Reading:
+    def read(self, asked: EncodedRequest, viewer: Viewer | None = None) -> Reading:
         """viewer: where the one who asks stands, for "nearest" and "left"; None where it is not known."""
         return _Question(self, asked, viewer).reading()
 
@@ -84,7 +84,7 @@ class GroundedReader:
         """(d,) float64 unit query: the thing's term alone, over every node."""
         return scores_of_names(self.table, [Name(query, False)], self.options)
 
-    def place(self, place: str, asked: Asked) -> PlaceScores:
+    def place(self, place: str, asked: EncodedRequest) -> PlaceScores:
         return place_scores(self.table, self._rooms, place, lambda: self._inferred(asked), self.options)
 
     @property
@@ -95,7 +95,7 @@ class GroundedReader:
     def is_room(self, words: str) -> bool:
         return is_place(words) or is_room_of(self._rooms, words)
 
-    def _inferred(self, asked: Asked) -> Array:
+    def _inferred(self, asked: EncodedRequest) -> Array:
         if self._places is None:
             self._places = inferred_places(self.table, asked, self.options)
         return self._places
@@ -104,7 +104,7 @@ class GroundedReader:
 class _Question:
     """One request being read: every word is scored once, however often it is needed."""
 
-    def __init__(self, reader: GroundedReader, asked: Asked, viewer: Viewer | None) -> None:
+    def __init__(self, reader: GroundedReader, asked: EncodedRequest, viewer: Viewer | None) -> None:
         self._reader, self._asked, self._viewer = reader, asked, viewer
         self._table, self._options = reader.table, reader.options
         self._known: dict[str, ThingScores] = {}

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from openbelief.arrays import Array
-from openbelief.grounded.geometry import Boxes, Viewer, nearness
+from openbelief.grounded.geometry import ObjectBoxes, Viewer, nearness
 from openbelief.grounded.options import GroundedOptions
 from openbelief.grounded.table import MapTable
 from openbelief.grounded.thing import ThingScores
@@ -38,7 +38,7 @@ def relation_scores(
     table: MapTable, relation: Relation, of: ScoresOf, viewer: Viewer | None, options: GroundedOptions
 ) -> RelationScores:
     """of: the scores of an anchor's words. viewer: who looks, for left, right, in front of and behind."""
-    boxes = Boxes.of(table)
+    boxes = ObjectBoxes.of(table)
     likely = [_likely(table, relation, anchor, of, viewer, options) for anchor in relation.anchors]
     heads = tuple(_best_head(table, anchor, of) for anchor in relation.anchors)
     if relation.kind == "between":
@@ -86,7 +86,7 @@ def _best_head(table: MapTable, anchor: str, of: ScoresOf) -> float:
     return float(head.max(initial=-1.0))
 
 
-def _between(boxes: Boxes, likely: list[list[tuple[int, float]]], options: GroundedOptions) -> Array:
+def _between(boxes: ObjectBoxes, likely: list[list[tuple[int, float]]], options: GroundedOptions) -> Array:
     """exp(-detour / scale) of the way from one anchor over the node to the other, seen from above."""
     value = np.zeros(len(boxes.low))
     pairs = [(a, b, p * q) for a, p in likely[0] for b, q in likely[-1] if a != b]

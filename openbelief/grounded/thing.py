@@ -12,7 +12,7 @@ from openbelief.grounded.colours import colours_of, without_colour
 from openbelief.grounded.lexicon import is_known, kinds, other_thing, same
 from openbelief.grounded.options import GroundedOptions
 from openbelief.grounded.table import MapTable
-from openbelief.request.asked import Asked
+from openbelief.request.encoded import EncodedRequest
 
 UNNAMED = -1.0  # H of a node without language: the lowest cosine
 SURE = 1.0  # H of every node where the sentence names no thing
@@ -36,7 +36,7 @@ class Name:
     cost: float = 0.0
 
 
-def names_of(text: str, asked: Asked, options: GroundedOptions) -> list[Name]:
+def names_of(text: str, asked: EncodedRequest, options: GroundedOptions) -> list[Name]:
     """The words as said, the words without colour, what means the same, and what is of that kind."""
     bare = without_colour(text)
     mates, members = same(bare) or same(_singular(bare)), kinds(bare) or kinds(_singular(bare))
@@ -46,7 +46,7 @@ def names_of(text: str, asked: Asked, options: GroundedOptions) -> list[Name]:
     return [Name(rows[0], False), *others]
 
 
-def thing_scores(table: MapTable, text: str, asked: Asked, options: GroundedOptions) -> ThingScores:
+def thing_scores(table: MapTable, text: str, asked: EncodedRequest, options: GroundedOptions) -> ThingScores:
     """S = share z(H) + (1 - share) z(<f^v, q>) - cost / sqrt(looks) + colour."""
     cost = options.other_cost * _other_things(table, without_colour(text))
     scores = scores_of_names(table, names_of(text, asked, options), options, cost)

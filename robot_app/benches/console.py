@@ -27,7 +27,7 @@ from robot_app.benches.programs import START_S, THING, Program, until, write_sit
 from robot_app.cli import Failure, print_json
 
 if TYPE_CHECKING:
-    from robot_app.mission.operator import Operator
+    from robot_app.mission.operator import SharedOperator
 
 OBJECTS, SIDE_M = 2000, 12.0
 STOP_MEDIAN_MS, STOP_WORST_MS, HOLD_S, REPAINT_MS = 50.0, 200.0, 1.0, 10.0
@@ -54,10 +54,10 @@ def run(options: argparse.Namespace) -> None:
         raise Failure("; ".join(broken))
 
 
-class Bench:
+class ConsoleBench:
     """A robot, missions, the console's server, and a browser whose pages log in by pairing links."""
 
-    def __init__(self, robot: Program, operator: Operator, link: Callable[[], str], browser: Any) -> None:
+    def __init__(self, robot: Program, operator: SharedOperator, link: Callable[[], str], browser: Any) -> None:
         self._robot, self._operator, self._link, self._browser = robot, operator, link, browser
         self._page: Any = None
 
@@ -203,13 +203,13 @@ LOSSES: dict[str, Callable[[Any], Callable[[], None]]] = {
 
 
 @contextmanager
-def console() -> Iterator[Bench]:
+def console() -> Iterator[ConsoleBench]:
     from robot_app.config import load_config
     from robot_app.console.console import open_console
     from robot_app.console.server import Listening
     from robot_app.mission.live import run_missions
     from robot_app.mission.missions import open_missions
-    from robot_app.mission.operator import Operator
+    from robot_app.mission.operator import SharedOperator
 
     with ExitStack() as opened:
         robot = Program(opened, "sim_fakes.wire.nav2_process", "--whole")
@@ -217,7 +217,7 @@ def console() -> Iterator[Bench]:
         folder = Path(opened.enter_context(tempfile.TemporaryDirectory()))
         wide = "camera_max_age_s = 2.0\npose_max_age_s = 2.0\ncloud_max_age_s = 4.0\n"
         limits = f"[mission]\n{wide}[safety]\nwatchdog = 'off'\ndisk_min_bytes = 1000000\n{wide}"
-        config, operator = load_config(write_site(folder, endpoint, limits)), Operator()
+        config, operator = load_config(write_site(folder, endpoint, limits)), SharedOperator()
         missions = opened.enter_context(open_missions(config, operator))
         served = open_console(Listening("127.0.0.1", 0), config, operator, missions, extra=_changing)
         shown = opened.enter_context(served)
@@ -228,7 +228,7 @@ def console() -> Iterator[Bench]:
         opened.callback(operator.end)
         opened.enter_context(_busy())
         browser = opened.enter_context(_chromium())
-        yield Bench(robot, operator, lambda: shown.server.pairing_url("bench", "operator"), browser)
+        yield ConsoleBench(robot, operator, lambda: shown.server.pairing_url("bench", "operator"), browser)
 
 
 @contextmanager

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from openbelief.arrays import Array
-from robot_app.voice.audio import RATE_HZ, AudioError, Clip, clip_of_pcm16, read_wav
+from robot_app.voice.audio import RATE_HZ, AudioClip, AudioError, clip_of_pcm16, read_wav
 from robot_app.voice.synthetic import installed, spoken
 
 HUMAN = Path("/usr/share/pocketsphinx/test/data")
@@ -48,7 +48,7 @@ class Said:
     """A clip, and the words in it, None where nobody knows them. noise: what was laid over it."""
 
     name: str
-    clip: Clip
+    clip: AudioClip
     words: str | None
     noise: str = ""
 
@@ -91,14 +91,14 @@ def synthetic_stops(word: str = "stop") -> Iterator[Said]:
                 yield Said(f"{voice} {rate}", clip if level is None else _noisy(clip, level, rng), word, noise)
 
 
-def in_a_pause(clip: Clip) -> Clip:
+def in_a_pause(clip: AudioClip) -> AudioClip:
     """As a talk button records it: a moment of silence before and after."""
     silence = np.zeros(round(PAUSE_S * RATE_HZ), np.float32)
-    return Clip(np.concatenate([silence, clip.samples, silence]))
+    return AudioClip(np.concatenate([silence, clip.samples, silence]))
 
 
-def _noisy(clip: Clip, above_db: float, rng: np.random.Generator) -> Clip:
+def _noisy(clip: AudioClip, above_db: float, rng: np.random.Generator) -> AudioClip:
     voice = clip.samples[clip.samples != 0.0]
     rms = float(np.sqrt(np.mean(np.square(voice)))) if len(voice) else 0.0
     noise: Array = rng.normal(0.0, rms / 10 ** (above_db / 20), len(clip.samples)).astype(np.float32)
-    return Clip(np.clip(clip.samples + noise, -1.0, 1.0))
+    return AudioClip(np.clip(clip.samples + noise, -1.0, 1.0))

@@ -49,7 +49,7 @@ def run(options: argparse.Namespace) -> None:
         raise Failure(f"the worst time is {worst_s:.2f} s, more than {PROMISE_S:g} s: the robot would be told too late")
 
 
-class Bench:
+class WatchdogBench:
     """Robot, onboard and the wire stand through all runs; each run has a new workstation. dds: Nav2 as DDS has it."""
 
     def __init__(self, start: Callable[[str | None], Program], dds: Program, opened: ExitStack) -> None:
@@ -119,7 +119,7 @@ class Bench:
 
 
 @contextmanager
-def site(*, sensors: bool = False) -> Iterator[Bench]:
+def site(*, sensors: bool = False) -> Iterator[WatchdogBench]:
     """The robot's processes, started and heard."""
     environment = own_dds()
     with ExitStack() as opened:
@@ -128,7 +128,7 @@ def site(*, sensors: bool = False) -> Iterator[Bench]:
             return Program(opened, "sim_fakes.wire.nav2_process", *(["--listen", endpoint] if endpoint else []))
 
         dds = Program(opened, "sim_fakes.wire.dds_nav2", environment["ROS_DOMAIN_ID"], environment=environment)
-        bench = Bench(start, dds, opened)
+        bench = WatchdogBench(start, dds, opened)
         config = Path(opened.enter_context(tempfile.TemporaryDirectory())) / "robot.toml"
         onboard = '[onboard]\ncamera = "sim"\nlidar = "sim"\n' if sensors else ""
         config.write_text(f'[zenoh]\nendpoint = "{bench.endpoint}"\n{onboard}', encoding="utf-8")
@@ -137,28 +137,28 @@ def site(*, sensors: bool = False) -> Iterator[Bench]:
         yield bench
 
 
-def _killed(bench: Bench, workstation: Program) -> Program:
+def _killed(bench: WatchdogBench, workstation: Program) -> Program:
     workstation.signal(signal.SIGKILL)
     return bench.nav2
 
 
-def _stopped(bench: Bench, workstation: Program) -> Program:
+def _stopped(bench: WatchdogBench, workstation: Program) -> Program:
     workstation.signal(signal.SIGSTOP)
     return bench.nav2
 
 
-def _cut(bench: Bench, _workstation: Program) -> Program:
+def _cut(bench: WatchdogBench, _workstation: Program) -> Program:
     bench.wire.cut()
     return bench.nav2
 
 
-def _bridge_killed(bench: Bench, _workstation: Program) -> Program:
+def _bridge_killed(bench: WatchdogBench, _workstation: Program) -> Program:
     bench.nav2.kill()
     return bench.dds
 
 
 # name -> what happens, and at whom the cancel must arrive
-LOSSES: dict[str, Callable[[Bench, Program], Program]] = {
+LOSSES: dict[str, Callable[[WatchdogBench, Program], Program]] = {
     "SIGKILL": _killed,
     "SIGSTOP": _stopped,
     "cut link": _cut,

@@ -32,7 +32,7 @@ class Account:
     role: Role
 
 
-class Entry(TypedDict):
+class AccountEntry(TypedDict):
     """password: its Argon2id hash as a PHC string."""
 
     role: Role
@@ -71,7 +71,7 @@ class Accounts:
         right = verified(password[: PASSWORD_MAX + 1], entry["password"] if entry else _nobodys())
         return Account(name, entry["role"]) if entry and right else None
 
-    def _entries(self) -> dict[str, Entry]:
+    def _entries(self) -> dict[str, AccountEntry]:
         if self.path is None or not self.path.exists():
             return {}
         try:
@@ -82,7 +82,7 @@ class Accounts:
             raise Failure(f"{self.path} cannot be read as accounts: {error}") from error
         raise Failure(f"{self.path} cannot be read as accounts: each has a role ({', '.join(ROLES)}) and a password")
 
-    def _write(self, entries: dict[str, Entry]) -> None:
+    def _write(self, entries: dict[str, AccountEntry]) -> None:
         if self.path is None:
             raise Failure('robot.toml names no accounts: say [console] accounts = "accounts.json"')
         self.path.parent.mkdir(parents=True, exist_ok=True)

@@ -13,7 +13,7 @@ from robot_app.console.accounts import Role
 from robot_app.console.snapshots import Snapshots
 from robot_app.console.talk import Talk
 from robot_app.mission.lease import Lease, Refused
-from robot_app.mission.operator import SENTENCE_MAX, Operator
+from robot_app.mission.operator import SENTENCE_MAX, SharedOperator
 
 HOW = "console"
 SEEN_MAX_AGE_S = 2.0  # a command names what was on the screen; older than this it was not given just now
@@ -27,27 +27,27 @@ class Message(BaseModel):
     id: int = Field(0, ge=0)
 
 
-class Beat(Message):
+class BeatCommand(Message):
     type: Literal["beat"]
     seen: int
 
 
-class Stop(Message):
+class StopCommand(Message):
     type: Literal["stop"]
 
 
-class Take(Message):
+class TakeCommand(Message):
     type: Literal["take"]
     seen: int
     over: bool = False
 
 
-class Release(Message):
+class ReleaseCommand(Message):
     type: Literal["release"]
     seen: int
 
 
-class Ask(Message):
+class AskCommand(Message):
     type: Literal["ask"]
     seen: int
     epoch: int
@@ -55,7 +55,7 @@ class Ask(Message):
     heard: int = 0  # what was said aloud for it, by the number that the talk button gave; 0: it was typed
 
 
-class Answer(Message):
+class AnswerCommand(Message):
     type: Literal["answer"]
     seen: int
     epoch: int
@@ -65,7 +65,9 @@ class Answer(Message):
     number: int | None = None
 
 
-AnyMessage = Annotated[Beat | Stop | Take | Release | Ask | Answer, Field(discriminator="type")]
+AnyMessage = Annotated[
+    BeatCommand | StopCommand | TakeCommand | ReleaseCommand | AskCommand | AnswerCommand, Field(discriminator="type")
+]
 MESSAGES: TypeAdapter[Any] = TypeAdapter(AnyMessage)
 
 
@@ -82,14 +84,14 @@ class Page:
 class Commands:
     """Carries out what pages send. `obey` returns the acknowledgement, or None where none is due."""
 
-    def __init__(self, operator: Operator, snapshots: Snapshots, talk: Talk | None = None) -> None:
+    def __init__(self, operator: SharedOperator, snapshots: Snapshots, talk: Talk | None = None) -> None:
         self._operator, self._snapshots, self._talk = operator, snapshots, talk
         self._table: dict[type[Message], Callable[[Page, Any], str]] = {
-            Stop: self._stop,
-            Take: self._take,
-            Release: self._release,
-            Ask: self._ask,
-            Answer: self._answer,
+            StopCommand: self._stop,
+            TakeCommand: self._take,
+            ReleaseCommand: self._release,
+            AskCommand: self._ask,
+            AnswerCommand: self._answer,
         }
 
     def obey(self, page: Page, text: str) -> dict[str, Any] | None:
@@ -97,7 +99,7 @@ class Commands:
             message = MESSAGES.validate_json(text)
         except ValidationError as error:
             return _refusal(0, f"That was no command: {error.errors()[0]['msg']}.")
-        if isinstance(message, Beat):
+        if isinstance(message, BeatCommand):
             self._beat(page, message)
             return None
         try:
@@ -108,7 +110,7 @@ class Commands:
 
     def _check(self, page: Page, message: Message) -> None:
         """Anybody may stop; the rest is an operator's, given in view of what is now."""
-        if isinstance(message, Stop):
+        if isinstance(message, StopCommand):
             return
         if page.role != "operator":
             raise Refused("You are a viewer: you may look, and STOP.")
@@ -119,7 +121,7 @@ class Commands:
         if epoch is not None and (page.lease is None or epoch != page.lease.epoch):
             raise Refused(_who_commands(self._operator))
 
-    def _beat(self, page: Page, message: Beat) -> None:
+    def _beat(self, page: Page, message: BeatCommand) -> None:
         """As old as the snapshot that was painted; a page without the lease may beat in vain."""
         age_s = self._snapshots.age_s(message.seen)
         if age_s is None or age_s > BEAT_MAX_AGE_S or page.lease is None:
@@ -129,22 +131,22 @@ class Commands:
         except Refused:
             page.lease = None
 
-    def _stop(self, page: Page, _: Stop) -> str:
+    def _stop(self, page: Page, _: StopCommand) -> str:
         self._operator.stop(because=f"{page.name} pressed STOP", who=page.name, how=HOW)
         return "STOP was heard."
 
-    def _take(self, page: Page, message: Take) -> str:
+    def _take(self, page: Page, message: TakeCommand) -> str:
         page.lease = self._operator.take(page.name, HOW, over=message.over, beats=True)
         return "You command the robot."
 
-    def _release(self, page: Page, _: Release) -> str:
+    def _release(self, page: Page, _: ReleaseCommand) -> str:
         if page.lease is None:
             raise Refused(_who_commands(self._operator))
         self._operator.release(page.lease)
         page.lease = None
         return "You no longer command the robot."
 
-    def _ask(self, page: Page, message: Ask) -> str:
+    def _ask(self, page: Page, message: AskCommand) -> str:
         from openbelief.target_phrase import target_phrase
 
         text = " ".join(message.text.split())
@@ -156,7 +158,7 @@ class Commands:
         self._operator.ask(page.lease, text, notes)
         return f"Asked: {text}"
 
-    def _answer(self, page: Page, message: Answer) -> str:
+    def _answer(self, page: Page, message: AnswerCommand) -> str:
         reply = self._operator.answer(
             page.lease,
             message.question,
@@ -167,7 +169,7 @@ class Commands:
         return f"Answered: {reply.word}"
 
 
-def _who_commands(operator: Operator) -> str:
+def _who_commands(operator: SharedOperator) -> str:
     lease = operator.lease
     return f"{lease.holder} commands the robot now: take over first." if lease else "Take the command first."
 

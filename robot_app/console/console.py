@@ -15,7 +15,7 @@ from robot_app.console.talk import Talk
 from robot_app.console.telemetry import Telemetry
 from robot_app.console.trial_pages import TrialPages
 from robot_app.mission.missions import Missions
-from robot_app.mission.operator import Operator
+from robot_app.mission.operator import SharedOperator
 from robot_app.mission.trial_shelf import TrialShelf
 from robot_app.voice.suggestions import memory_phrases
 
@@ -32,7 +32,7 @@ class OpenConsole:
 def open_console(
     listening: Listening,
     config: Config,
-    operator: Operator,
+    operator: SharedOperator,
     missions: Missions,
     *,
     extra: Callable[[], dict[str, Any]] = dict,

@@ -12,10 +12,10 @@ from typing import Any
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from robot_app.console.commands import Commands, Page
-from robot_app.console.sessions import Rate, Session
+from robot_app.console.sessions import Session, TokenBucket
 from robot_app.console.snapshots import Snapshots
 from robot_app.console.telemetry import Picture
-from robot_app.mission.operator import Notice, Operator
+from robot_app.mission.operator import Notice, SharedOperator
 
 TICK_S = 0.1
 CAMERA_S = 0.1  # at most ten pictures a second
@@ -43,7 +43,7 @@ class Hub:
 
     def __init__(
         self,
-        operator: Operator,
+        operator: SharedOperator,
         commands: Commands,
         snapshots: Snapshots,
         picture: Picture,
@@ -53,7 +53,7 @@ class Hub:
         self._picture, self._session_of = picture, session_of
         self._connections: set[Connection] = set()
         self._pages: dict[tuple[str, str], Page] = {}
-        self._rate = Rate(COMMANDS_PER_S, COMMANDS_BURST)
+        self._rate = TokenBucket(COMMANDS_PER_S, COMMANDS_BURST)
         self._newest: dict[str, Any] = {}
         self._loop: asyncio.AbstractEventLoop | None = None
         self._due: asyncio.Event | None = None

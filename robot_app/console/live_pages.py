@@ -17,7 +17,7 @@ from robot_app.console.evidence import best_crop, evidence_json
 from robot_app.console.logins import Logins, refusal
 from robot_app.console.site_plan import grid_json, grid_png, site_json
 from robot_app.console.snapshots import LiveMission
-from robot_app.mission.operator import Operator
+from robot_app.mission.operator import SharedOperator
 
 Handler = Callable[[Request], Awaitable[Response]]
 
@@ -34,7 +34,7 @@ def guarded(logins: Logins, handler: Handler) -> Callable[[Request], Awaitable[R
 
 class LivePages:
     def __init__(
-        self, operator: Operator, memory: ObjectMemory, safety: SafetyPolicy, grid: Map, live: LiveMission
+        self, operator: SharedOperator, memory: ObjectMemory, safety: SafetyPolicy, grid: Map, live: LiveMission
     ) -> None:
         self._operator, self._memory, self._safety, self._grid, self._live = operator, memory, safety, grid, live
 

@@ -12,7 +12,7 @@ from starlette.routing import Route
 from openbelief.documents import from_json
 from robot_app.console.accounts import Accounts
 from robot_app.console.doors import BODY_MAX
-from robot_app.console.sessions import SESSION_S, Rate, Session, Sessions
+from robot_app.console.sessions import SESSION_S, Session, Sessions, TokenBucket
 
 COOKIE = "openbelief_session"
 TRIES_PER_S, TRIES_BURST = 0.1, 5  # a guess costs 0.2 s of a core: not many of them, whoever asks
@@ -25,7 +25,7 @@ class Logins:
 
     def __init__(self, sessions: Sessions, accounts: Accounts, *, tls: bool) -> None:
         self._sessions, self._accounts, self._tls = sessions, accounts, tls
-        self._tries, self._pairings = Rate(TRIES_PER_S, TRIES_BURST), Rate(PAIRINGS_PER_S, PAIRINGS_BURST)
+        self._tries, self._pairings = TokenBucket(TRIES_PER_S, TRIES_BURST), TokenBucket(PAIRINGS_PER_S, PAIRINGS_BURST)
         self._at_once = asyncio.Semaphore(AT_ONCE)
 
     @property

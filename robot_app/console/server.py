@@ -28,7 +28,7 @@ from robot_app.console.snapshots import Snapshots
 from robot_app.console.talk import Talk
 from robot_app.console.telemetry import Picture
 from robot_app.console.trial_pages import TrialPages
-from robot_app.mission.operator import Operator
+from robot_app.mission.operator import SharedOperator
 
 STATIC = Path(__file__).parent / "static"
 WS_MESSAGE_MAX = 16 << 10
@@ -69,7 +69,7 @@ def listening_of(text: str) -> Listening:
 class Parts:
     """What the server shows and obeys."""
 
-    operator: Operator
+    operator: SharedOperator
     snapshots: Snapshots
     picture: Picture
     live_pages: LivePages

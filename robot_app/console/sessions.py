@@ -70,7 +70,7 @@ class Sessions:
         return self.open(found[0], found[1])
 
 
-class Rate:
+class TokenBucket:
     """At most `burst` at once and `per_s` on average, for each key; old keys are forgotten. Thread-safe."""
 
     KEYS_MAX = 1024

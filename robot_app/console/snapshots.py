@@ -16,7 +16,7 @@ from logs.trial.journal import Attached
 from logs.trial.records import Query, Record
 from openbelief.memory import ObjectMemory
 from robot_app.console.telemetry import Readings
-from robot_app.mission.operator import Change, Notice, Operator
+from robot_app.mission.operator import Change, Notice, SharedOperator
 from robot_app.mission.view import MissionView
 
 KEPT = 600  # snapshots whose time is known: a minute at 10 Hz
@@ -67,7 +67,7 @@ class Snapshots:
 
     def __init__(
         self,
-        operator: Operator,
+        operator: SharedOperator,
         live: LiveMission,
         readings: Callable[[], Readings],
         now_s: Callable[[], float] = time.monotonic,
@@ -113,7 +113,7 @@ class Snapshots:
             del self._said[:-SAID_KEPT]
 
 
-def operator_json(operator: Operator) -> dict[str, Any]:
+def operator_json(operator: SharedOperator) -> dict[str, Any]:
     lease, asked, stop, mission = operator.lease, operator.question, operator.stop_requested(), operator.mission
     return {
         "lease": None if lease is None else {"who": lease.who, "how": lease.how, "epoch": lease.epoch},
@@ -125,7 +125,7 @@ def operator_json(operator: Operator) -> dict[str, Any]:
     }
 
 
-def question_json(operator: Operator) -> dict[str, Any] | None:
+def question_json(operator: SharedOperator) -> dict[str, Any] | None:
     asked = operator.question
     if asked is None:
         return None

@@ -16,7 +16,7 @@ from logs.trial.journal import Entry
 from robot_app.cli import Failure
 from robot_app.config import VoiceSection
 from robot_app.console.sessions import Session
-from robot_app.mission.operator import Operator
+from robot_app.mission.operator import SharedOperator
 from robot_app.voice.asking import utterance_json
 from robot_app.voice.audio import MAX_S, RATE_HZ, AudioError, clip_of_pcm16
 from robot_app.voice.listener import Listener, Utterance
@@ -36,7 +36,7 @@ class Talk:
         self,
         voice: VoiceSection,
         phrases: Callable[[], Sequence[str]],
-        operator: Operator,
+        operator: SharedOperator,
         note: Callable[[Entry], None],
     ) -> None:
         self._voice, self._phrases, self._operator, self._note = voice, phrases, operator, note

@@ -9,10 +9,10 @@ from behaviors.supervisor import OPERATOR_SILENT
 from drivers.clock import SystemClock
 from drivers.ports import Clock, Ports, Reaction, Safety, SafetyVerdict
 from openbelief.pose import Pose2
-from robot_app.mission.operator import Operator
+from robot_app.mission.operator import SharedOperator
 
 
-def attended(ports: Ports, operator: Operator) -> Ports:
+def attended(ports: Ports, operator: SharedOperator) -> Ports:
     """The same bodies. A simulated clock stays as it is: its time passes only while somebody sleeps on it."""
     clock = AlertClock(ports.clock, operator) if isinstance(ports.clock, SystemClock) else ports.clock
     return replace(ports, clock=clock, safety=PresenceSafety(ports.safety, operator.silence))
@@ -35,7 +35,7 @@ class PresenceSafety:
 class AlertClock:
     """The Clock port: a sleep ends early when STOP comes, so that nobody waits for the next poll."""
 
-    def __init__(self, clock: Clock, operator: Operator) -> None:
+    def __init__(self, clock: Clock, operator: SharedOperator) -> None:
         self._clock, self._operator = clock, operator
 
     def now_ns(self) -> int:

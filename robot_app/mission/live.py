@@ -10,12 +10,12 @@ from typing import Any
 from logs.structured import neutralise
 from logs.trial.journal import Journal
 from robot_app.mission.missions import Missions
-from robot_app.mission.operator import Operator
+from robot_app.mission.operator import SharedOperator
 
 
 def run_missions(
     missions: Missions,
-    operator: Operator,
+    operator: SharedOperator,
     heard: Sequence[int],
     *,
     report: Callable[[dict[str, Any]], None] | None = None,

@@ -21,8 +21,7 @@ from openbelief.perception.ports import TextEncoder
 from robot_app.app import Robot, mission_perception, mission_text_encoder, open_robot
 from robot_app.config import Config, ConfigError, dump_config
 from robot_app.mission.attended import attended
-from robot_app.mission.operator import AGENT
-from robot_app.mission.operator import Operator as AttendingOperator
+from robot_app.mission.operator import AGENT, SharedOperator
 from robot_app.mission.safety import Watch, watched
 from robot_app.mission.trials import run_recorded
 
@@ -59,7 +58,7 @@ class Missions:
         self.watch, self.robot, self.memory = watch, robot, memory
         perception = mission_perception(config, mission_text_encoder(config))
         ports = replace(robot.ports(operator, perception, watch.safety), navigator=watch.navigator)
-        self.ports = attended(ports, operator) if isinstance(operator, AttendingOperator) else ports
+        self.ports = attended(ports, operator) if isinstance(operator, SharedOperator) else ports
 
     def ask(
         self,

@@ -49,7 +49,7 @@ class Notice:
 Listener = Callable[[Notice], None]
 
 
-class Operator:
+class SharedOperator:
     """The Operator port, and what its clients call.
 
     approve_all: why nobody needs to be asked before motion, "" where somebody must be. now_s, epoch_ns: clocks.

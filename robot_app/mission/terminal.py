@@ -16,7 +16,7 @@ from drivers.ports import Approval
 from logs.structured import logger, neutralise
 from robot_app.mission.lease import Lease, Refused
 from robot_app.mission.open_question import OpenQuestion, option_lines
-from robot_app.mission.operator import Change, Notice, Operator
+from robot_app.mission.operator import Change, Notice, SharedOperator
 
 HOW = "terminal"
 STOP_WORDS = ("stop", "s", "halt")
@@ -41,7 +41,7 @@ class Terminal:
 
     def __init__(
         self,
-        operator: Operator,
+        operator: SharedOperator,
         *,
         who: str = "",
         source: TextIO | None = None,

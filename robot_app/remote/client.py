@@ -45,7 +45,7 @@ class RemoteClient:
         return self.send(m.StatusRequest(since=since))
 
     def stop(self, who: str, *, agent: bool = False) -> None:
-        self.send(m.StopRequest(who=who, agent=agent))
+        self.send(m.RemoteStopRequest(who=who, agent=agent))
 
 
 class RemoteOperator(RemoteClient):

@@ -74,7 +74,7 @@ class ProposeRequest(RemoteMessage):
     sentence: Words
 
 
-class StopRequest(RemoteMessage):
+class RemoteStopRequest(RemoteMessage):
     """STOP, by anybody and at any time: a software stop over a network, and no emergency stop."""
 
     verb: ClassVar[str] = "stop"
@@ -119,7 +119,7 @@ REQUESTS: tuple[type[RemoteMessage], ...] = (
     AskRequest,
     ConfirmRequest,
     ProposeRequest,
-    StopRequest,
+    RemoteStopRequest,
     StatusRequest,
     CandidatesRequest,
     WhyRequest,

@@ -19,7 +19,7 @@ from logs.trial.records import Ended, Record
 from openbelief.memory import ObjectMemory
 from openbelief.target_phrase import target_phrase
 from robot_app.mission.lease import Lease, Refused
-from robot_app.mission.operator import Change, Notice, Operator
+from robot_app.mission.operator import Change, Notice, SharedOperator
 from robot_app.remote import messages as m
 
 HOW = "zenoh"
@@ -29,7 +29,7 @@ SAID_KEPT = 100
 class RemoteServer:
     """Answers requests as bytes; also the journal that learns how a mission ended (`run_missions(watching=...)`)."""
 
-    def __init__(self, operator: Operator, memory: ObjectMemory) -> None:
+    def __init__(self, operator: SharedOperator, memory: ObjectMemory) -> None:
         self._operator, self._memory = operator, memory
         self._said: deque[tuple[int, str]] = deque(maxlen=SAID_KEPT)
         self._count = 0
@@ -42,7 +42,7 @@ class RemoteServer:
             m.AskRequest: self._ask,
             m.ConfirmRequest: self._confirm,
             m.ProposeRequest: self._propose,
-            m.StopRequest: self._stop,
+            m.RemoteStopRequest: self._stop,
             m.StatusRequest: self._status,
             m.CandidatesRequest: self._candidates,
             m.WhyRequest: self._why,
@@ -122,7 +122,7 @@ class RemoteServer:
         )
         return {"answered": str(reply.word), "object_id": reply.object_id}
 
-    def _stop(self, request: m.StopRequest) -> dict[str, Any]:
+    def _stop(self, request: m.RemoteStopRequest) -> dict[str, Any]:
         who = f"the agent {request.who}" if request.agent else request.who
         self._operator.stop(because=f"{_one_line(who)} said stop over the network", who=_one_line(who), how=HOW)
         return {}

@@ -10,12 +10,12 @@ from drivers.ros.zenoh_link import LinkConfig, ZenohLink, open_router
 from logs.trial.journal import Journal
 from robot_app.config import Config
 from robot_app.mission.missions import Missions
-from robot_app.mission.operator import Operator
+from robot_app.mission.operator import SharedOperator
 from robot_app.remote.server import RemoteServer
 
 
 @contextmanager
-def open_remote(config: Config, operator: Operator, missions: Missions) -> Iterator[tuple[Journal, ...]]:
+def open_remote(config: Config, operator: SharedOperator, missions: Missions) -> Iterator[tuple[Journal, ...]]:
     """`[remote] serve` of robot.toml; yields the journals that must watch the missions. Raises PortError."""
     server, serve = RemoteServer(operator, missions.memory), config.remote.serve
     if serve == "off":

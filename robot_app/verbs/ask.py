@@ -19,7 +19,7 @@ from robot_app.cli import Failure, Usage, print_json
 if TYPE_CHECKING:
     from robot_app.config import Config
     from robot_app.mission.missions import RecordedMission
-    from robot_app.mission.operator import Operator
+    from robot_app.mission.operator import SharedOperator
     from robot_app.remote.client import RemoteOperator
     from robot_app.voice.listener import Utterance
 
@@ -68,7 +68,7 @@ def _mission(options: argparse.Namespace) -> tuple[RecordedMission, Utterance | 
     from robot_app.config import load_config
     from robot_app.mission.distance_line import DistanceLine
     from robot_app.mission.missions import open_missions
-    from robot_app.mission.operator import Operator
+    from robot_app.mission.operator import SharedOperator
     from robot_app.mission.terminal import HOW, Terminal
     from robot_app.signals import signals_stop
     from robot_app.voice import asking
@@ -76,8 +76,8 @@ def _mission(options: argparse.Namespace) -> tuple[RecordedMission, Utterance | 
     config = load_config(options.config)
     if options.yes:  # nobody is there to ask about a doubt
         config = config.model_copy(update={"mission": replace(config.mission, doubt="refuse")})
-    recording = asking.Recording.open(options.audio, config.voice) if options.audio else None
-    operator = Operator(approve_all="approved with --yes" if options.yes else "")
+    recording = asking.SpokenFile.open(options.audio, config.voice) if options.audio else None
+    operator = SharedOperator(approve_all="approved with --yes" if options.yes else "")
     correction = _Correction(operator)
     with (
         Terminal(
@@ -143,7 +143,7 @@ def _heard(audio: Path, config: Config, operator: RemoteOperator, who: str) -> s
     from robot_app.voice.audio import AudioError
     from robot_app.voice.listener import Listener
 
-    recording = asking.Recording.open(audio, config.voice)
+    recording = asking.SpokenFile.open(audio, config.voice)
     try:
         utterance = Listener(recording.recogniser).understand(recording.clip)
     except AudioError as error:
@@ -157,7 +157,7 @@ def _heard(audio: Path, config: Config, operator: RemoteOperator, who: str) -> s
 class _Correction:
     """What was heard stands until somebody types something else; an empty line takes it."""
 
-    def __init__(self, operator: Operator) -> None:
+    def __init__(self, operator: SharedOperator) -> None:
         self._operator, self._heard = operator, ""
 
     def accept(self) -> None:

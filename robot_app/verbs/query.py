@@ -19,7 +19,7 @@ from robot_app.tables import add_wide
 
 if TYPE_CHECKING:
     from openbelief.memory import Candidate, ObjectMemory
-    from openbelief.request.asked import Asked
+    from openbelief.request.encoded import EncodedRequest
 
 EXAMPLE = 'openbelief query demo-out/site.belief "red chair"'
 
@@ -101,7 +101,7 @@ def _extras(memory: ObjectMemory, report: dict[str, Any], options: argparse.Name
     return said
 
 
-def _grounded(memory: ObjectMemory, asked: Asked, options: argparse.Namespace) -> dict[str, Any]:
+def _grounded(memory: ObjectMemory, asked: EncodedRequest, options: argparse.Namespace) -> dict[str, Any]:
     from openbelief.retrieval import Candidate
     from robot_app.answers import answer_as_json, terms_as_json
 
@@ -113,7 +113,7 @@ def _grounded(memory: ObjectMemory, asked: Asked, options: argparse.Namespace) -
     return answer_as_json(memory, answer, asked) | _candidates(rows, options.limit)
 
 
-def _paper(memory: ObjectMemory, asked: Asked, options: argparse.Namespace) -> dict[str, Any]:
+def _paper(memory: ObjectMemory, asked: EncodedRequest, options: argparse.Namespace) -> dict[str, Any]:
     ranked = memory.rank(asked, options.readout, limit=options.limit + 1)
     report: dict[str, Any] = {"answer": None, "understood": asked.request.as_json()}
     if not ranked:

@@ -68,12 +68,12 @@ def _at_the_terminal(config: Config, *, as_json: bool) -> None:
     from robot_app.mission.distance_line import DistanceLine
     from robot_app.mission.live import run_missions
     from robot_app.mission.missions import open_missions
-    from robot_app.mission.operator import Operator
+    from robot_app.mission.operator import SharedOperator
     from robot_app.mission.terminal import Terminal
     from robot_app.remote.service import open_remote
     from robot_app.signals import signals_stop
 
-    operator = Operator()
+    operator = SharedOperator()
     with (
         Terminal(operator, who=config.recording.operator),
         signals_stop(operator) as heard,
@@ -96,7 +96,7 @@ def _by_voice(config: Config, *, as_json: bool) -> None:
     from robot_app.mission.distance_line import DistanceLine
     from robot_app.mission.live import run_missions
     from robot_app.mission.missions import open_missions
-    from robot_app.mission.operator import Operator
+    from robot_app.mission.operator import SharedOperator
     from robot_app.mission.terminal import Terminal
     from robot_app.remote.service import open_remote
     from robot_app.signals import signals_stop
@@ -107,7 +107,7 @@ def _by_voice(config: Config, *, as_json: bool) -> None:
     from robot_app.voice.speaking import Speaker
     from robot_app.voice.suggestions import memory_phrases
 
-    voice, operator = config.voice, Operator()
+    voice, operator = config.voice, SharedOperator()
     recogniser, microphone = open_recogniser(voice.recogniser, voice.language), LocalMicrophone(voice.microphone)
     with (
         signals_stop(operator) as heard,
@@ -137,14 +137,14 @@ def with_console(config: Config, listening: Listening, *, as_json: bool) -> None
     from robot_app.console.invitation import Invitation
     from robot_app.mission.live import run_missions
     from robot_app.mission.missions import open_missions
-    from robot_app.mission.operator import Operator
+    from robot_app.mission.operator import SharedOperator
     from robot_app.mission.terminal import Terminal
     from robot_app.remote.service import open_remote
     from robot_app.signals import signals_stop
     from robot_app.wall_time_robot import in_wall_time
 
     asking = config.model_copy(update={"mission": replace(config.mission, motion="ask")})
-    operator = Operator()
+    operator = SharedOperator()
     with (
         signals_stop(operator) as heard,
         in_wall_time(asking) as reached,

@@ -11,7 +11,7 @@ from logs.trial.journal import Entry
 from openbelief.memory import ObjectMemory
 from robot_app.cli import Failure
 from robot_app.config import VoiceSection
-from robot_app.voice.audio import AudioError, Clip, read_wav
+from robot_app.voice.audio import AudioClip, AudioError, read_wav
 from robot_app.voice.listener import Listener, Utterance
 from robot_app.voice.note import spoken_note
 from robot_app.voice.recogniser import Recogniser, open_recogniser
@@ -22,14 +22,14 @@ A_STOP = "the recording says {word!r}: that is a stop, and nothing was asked"
 
 
 @dataclass(frozen=True)
-class Recording:
+class SpokenFile:
     """A readable file, and who understands it; opened before the robot is, for either may be missing."""
 
-    clip: Clip
+    clip: AudioClip
     recogniser: Recogniser
 
     @classmethod
-    def open(cls, path: Path, voice: VoiceSection) -> Recording:
+    def open(cls, path: Path, voice: VoiceSection) -> SpokenFile:
         """Raises Failure with the remedy."""
         try:
             clip = read_wav(path)

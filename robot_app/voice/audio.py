@@ -25,7 +25,7 @@ class AudioError(ValueError):
 
 
 @dataclass(frozen=True, eq=False)
-class Clip:
+class AudioClip:
     """samples: (n,) float32 in [-1, 1], mono, RATE_HZ."""
 
     samples: Array
@@ -48,14 +48,14 @@ class Clip:
         return data.getvalue()
 
 
-def clip_of_pcm16(data: bytes, rate_hz: int = RATE_HZ) -> Clip:
+def clip_of_pcm16(data: bytes, rate_hz: int = RATE_HZ) -> AudioClip:
     """Mono little-endian 16 bit. Raises AudioError: nothing, half a sample, over MAX_S, or no usable rate."""
     if len(data) % 2:
         raise AudioError("The sound ends in the middle of a sample: say it again.")
     return _clip(np.frombuffer(data, "<i2").astype(np.float32) / 32768.0, rate_hz)
 
 
-def clip_of_wav(data: bytes, name: str = "The sound") -> Clip:
+def clip_of_wav(data: bytes, name: str = "The sound") -> AudioClip:
     """Raises AudioError where it is no PCM WAV file, or one that `clip_of_pcm16` would not take."""
     if len(data) > MAX_BYTES:
         raise AudioError(f"{name} has {len(data) >> 20} MiB; {MAX_BYTES >> 20} MiB is the limit for one sentence.")
@@ -71,7 +71,7 @@ def clip_of_wav(data: bytes, name: str = "The sound") -> Clip:
     return _clip(_samples(frames[:whole], width).reshape(-1, channels).mean(axis=1), rate_hz, name)
 
 
-def read_wav(path: Path) -> Clip:
+def read_wav(path: Path) -> AudioClip:
     """Raises AudioError, also where the file cannot be read."""
     try:
         with path.open("rb") as file:
@@ -93,14 +93,14 @@ def _samples(frames: bytes, width: int) -> Array:
     return values / np.float32(FULL_SCALE[width])
 
 
-def _clip(samples: Array, rate_hz: int, name: str = "The sound") -> Clip:
+def _clip(samples: Array, rate_hz: int, name: str = "The sound") -> AudioClip:
     if not RATES_HZ[0] <= rate_hz <= RATES_HZ[1]:
         raise AudioError(f"{name} is sampled at {rate_hz} Hz; {RATES_HZ[0]} to {RATES_HZ[1]} Hz can be used.")
     if not len(samples):
         raise AudioError(f"{name} is empty.")
     if len(samples) > MAX_S * rate_hz:
         raise AudioError(f"{name} lasts {len(samples) / rate_hz:.0f} s; {MAX_S:.0f} s is the limit for one sentence.")
-    return Clip(_resampled(samples, rate_hz))
+    return AudioClip(_resampled(samples, rate_hz))
 
 
 def _resampled(samples: Array, rate_hz: int) -> Array:

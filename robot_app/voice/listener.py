@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from robot_app.voice.audio import AudioError, Clip
+from robot_app.voice.audio import AudioClip, AudioError
 from robot_app.voice.recogniser import Recogniser
 from robot_app.voice.spoken_stop import SpokenStop, spoken_stop
 from robot_app.voice.suggestions import Suggestion, suggestions
@@ -24,7 +24,7 @@ class NothingHeard(AudioError):
 class Utterance:
     """What was said, as it was understood. clip: the whole recording, as it came. seconds: that recognising took."""
 
-    clip: Clip
+    clip: AudioClip
     transcript: str
     confidence: float | None
     recogniser: str
@@ -51,7 +51,7 @@ class Listener:
     ) -> None:
         self.recogniser, self._phrases, self._monotonic_s = recogniser, tuple(phrases), monotonic_s
 
-    def understand(self, clip: Clip) -> Utterance:
+    def understand(self, clip: AudioClip) -> Utterance:
         """Raises NothingHeard where nobody spoke or no word was made out."""
         part = trimmed(clip)
         if part is None:

@@ -8,7 +8,7 @@ from typing import Protocol
 from logs.trial.journal import Entry
 from robot_app.cli import Failure
 from robot_app.mission.lease import Refused
-from robot_app.mission.operator import Operator
+from robot_app.mission.operator import SharedOperator
 from robot_app.voice.audio import AudioError, clip_of_pcm16
 from robot_app.voice.listener import Listener, Utterance
 from robot_app.voice.note import spoken_note
@@ -31,7 +31,7 @@ class LocalTalk:
 
     def __init__(
         self,
-        operator: Operator,
+        operator: SharedOperator,
         microphone: Microphone,
         listener: Listener,
         note: Callable[[Entry], None],

@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 import threading
 
-from robot_app.mission.operator import Change, Notice, Operator
+from robot_app.mission.operator import Change, Notice, SharedOperator
 from robot_app.voice.synthetic import installed
 
 SPOKEN = (Change.TOLD, Change.ASKED, Change.STOPPED, Change.EXPIRED)
@@ -16,7 +16,7 @@ NOT_SAID = ("trial:", "Heard ", "Listening:")
 class Speaker:
     """A listener of the Operator. A newer sentence cuts off the older one; `quiet` while somebody is listened to."""
 
-    def __init__(self, operator: Operator, *, speak: str, language: str = "en") -> None:
+    def __init__(self, operator: SharedOperator, *, speak: str, language: str = "en") -> None:
         """speak: "auto" where espeak-ng is installed, "off" never."""
         self._operator, self._language = operator, language
         self._able = speak == "auto" and installed("espeak-ng")

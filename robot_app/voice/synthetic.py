@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 
-from robot_app.voice.audio import AudioError, Clip, clip_of_wav
+from robot_app.voice.audio import AudioClip, AudioError, clip_of_wav
 
 SPEAK_S = 20.0
 HOW_TO_ADD = "sudo apt-get install {program}"
@@ -31,7 +31,7 @@ def installed(program: str) -> bool:
     return shutil.which(program) is not None
 
 
-def spoken(text: str, program: str = "espeak-ng", voice: str = "en", words_a_minute: int = USUAL) -> Clip:
+def spoken(text: str, program: str = "espeak-ng", voice: str = "en", words_a_minute: int = USUAL) -> AudioClip:
     """The text as sound. Raises AudioError: the program is missing (with the apt line), or said nothing."""
     if not installed(program):
         raise AudioError(f"{program} is not installed: {HOW_TO_ADD.format(program=program)}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from openbelief.arrays import Array
-from robot_app.voice.audio import RATE_HZ, Clip
+from robot_app.voice.audio import RATE_HZ, AudioClip
 
 FRAME_S, HOP_S = 0.02, 0.01
 QUIETEST_DB = -55.0  # of full scale: below it a microphone is off, or nobody spoke
@@ -14,7 +14,7 @@ SPOKEN_S = 0.06  # shorter than any syllable: a click
 MARGIN_S = 0.25  # soft beginnings and ends ("s", "f") that loudness misses
 
 
-def trimmed(clip: Clip) -> Clip | None:
+def trimmed(clip: AudioClip) -> AudioClip | None:
     """The part in which somebody speaks, with MARGIN_S around it; None where nobody does.
 
     A frame is speech where it is louder than the quietest tenth of the clip by ABOVE_FLOOR_DB and at most BELOW_PEAK_DB
@@ -32,7 +32,7 @@ def trimmed(clip: Clip) -> Clip | None:
     margin, hop = round(MARGIN_S * RATE_HZ), round(HOP_S * RATE_HZ)
     start = max(0, spoken[0][0] * hop - margin)
     end = min(len(clip.samples), spoken[-1][1] * hop + round(FRAME_S * RATE_HZ) + margin)
-    return Clip(clip.samples[start:end])
+    return AudioClip(clip.samples[start:end])
 
 
 def loudness_db(samples: Array) -> Array:

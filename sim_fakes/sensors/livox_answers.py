@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from drivers.livox import control_wire
-from drivers.livox.control_wire import Command, ControlFrame, Found
+from drivers.livox.control_wire import CommandId, ControlFrame, Found
 from drivers.livox.keys import READ_ONLY_FROM, Key
 from drivers.livox.wire import DataType, LivoxWireError
 from sim_fakes.sensors.livox_stream import LivoxStream
@@ -36,11 +36,11 @@ class LivoxAnswers:
         """The ACK; None for what is no request to a lidar, and for the upgrade and reboot commands."""
         if request.is_ack or request.from_lidar:
             return None
-        if request.command == Command.SEARCH:
+        if request.command == CommandId.SEARCH:
             return control_wire.search_ack(request.seq, self._found)
-        if request.command == Command.SET:
+        if request.command == CommandId.SET:
             return control_wire.set_ack(request.seq, *self._set(request.data))
-        if request.command == Command.GET:
+        if request.command == CommandId.GET:
             return self._get(request)
         return None
 

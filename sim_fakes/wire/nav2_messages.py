@@ -13,7 +13,7 @@ from drivers.ros.messages import Codec, Message, WireError, ns_to_stamp
 from drivers.topics import COMPUTE_PATH_TO_POSE, IS_ACTIVE, NAVIGATE_TO_POSE
 from openbelief.arrays import Array
 from openbelief.pose import Pose2
-from sim_fakes.wire.sim_bridge import Question
+from sim_fakes.wire.sim_bridge import PendingQuery
 
 NAVIGATE, PLAN = NAVIGATE_TO_POSE.type_name, COMPUTE_PATH_TO_POSE.type_name
 
@@ -29,7 +29,7 @@ class ServedGoal:
     claimed: int | None = None  # what is said of it instead, to whoever asks
     error: tuple[int, str] = (0, "")
     path: Array = field(default_factory=lambda: np.zeros((0, 2)))
-    waiting: list[Question] = field(default_factory=list)
+    waiting: list[PendingQuery] = field(default_factory=list)
 
     @property
     def said(self) -> int:

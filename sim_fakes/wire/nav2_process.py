@@ -32,7 +32,7 @@ from sim_fakes.sensors.plain_eyes import PlainEyes
 from sim_fakes.wire.faults import Nav2Faults
 from sim_fakes.wire.nav2_server import SimNav2Server
 from sim_fakes.wire.ros_publisher import SimRosPublisher
-from sim_fakes.wire.sim_bridge import Question, SimBridge
+from sim_fakes.wire.sim_bridge import PendingQuery, SimBridge
 from sim_fakes.world.robot import SimRobot
 
 TICK_S = 0.02
@@ -41,7 +41,7 @@ START = Pose2(3.0, 3.0, 0.0)
 CLAIMS = {"succeeded": action.SUCCEEDED, "aborted": action.ABORTED}
 
 
-class Floor:
+class EmptyFloor:
     """12 m x 12 m of nothing."""
 
     def occupancy_grid(self) -> OccupancyGrid:
@@ -52,13 +52,13 @@ class Floor:
 class TellingBridge(SimBridge):
     """Prints each goal and each cancel before it is served."""
 
-    def answer(self, key: str, handler: Callable[[Question], None]) -> None:
+    def answer(self, key: str, handler: Callable[[PendingQuery], None]) -> None:
         tell = {
             self.keys.action(NAVIGATE_TO_POSE, "cancel_goal"): _cancel,
             self.keys.action(NAVIGATE_TO_POSE, "send_goal"): _goal,
         }.get(key)
 
-        def told(question: Question) -> None:
+        def told(question: PendingQuery) -> None:
             if tell:
                 say(tell(question))
             handler(question)
@@ -66,11 +66,11 @@ class TellingBridge(SimBridge):
         super().answer(key, told)
 
 
-def _goal(_question: Question) -> dict[str, object]:
+def _goal(_question: PendingQuery) -> dict[str, object]:
     return {"goal_ns": time.monotonic_ns()}
 
 
-def _cancel(question: Question) -> dict[str, object]:
+def _cancel(question: PendingQuery) -> dict[str, object]:
     now_ns = time.monotonic_ns()
     info = codec().decode(question.payload, f"{action.CANCEL}_Request").goal_info
     every = bytes(info.goal_id.uuid) == action.ALL_GOALS and stamp_to_ns(info.stamp) == 0
@@ -109,7 +109,7 @@ def main(arguments: Sequence[str]) -> None:
     whole = options.whole
     lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
     threading.Thread(target=_read, args=(lines,), daemon=True).start()
-    clock, floor = SimClock(time.time_ns()), Floor()
+    clock, floor = SimClock(time.time_ns()), EmptyFloor()
     offset_ns = clock.now_ns() - time.monotonic_ns()
     robot, grid = SimRobot(floor, clock, START), floor.occupancy_grid()
     with open_router(options.listen) as endpoint, TellingBridge(endpoint) as bridge:

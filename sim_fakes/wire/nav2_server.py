@@ -20,7 +20,7 @@ from openbelief.pose import Pose2
 from openbelief.traversability import NoPath, OccupancyGrid, path, path_length
 from sim_fakes.wire.faults import GARBAGE, Nav2Faults
 from sim_fakes.wire.nav2_messages import NAVIGATE, PLAN, Nav2Messages, ServedGoal, usable_pose
-from sim_fakes.wire.sim_bridge import Question, SimBridge
+from sim_fakes.wire.sim_bridge import PendingQuery, SimBridge
 
 TICK_S = 0.1
 FEEDBACK_TICKS = 5  # feedback twice a second
@@ -68,7 +68,7 @@ class SimNav2Server:
         self.speak(distribution)
         self._goals: dict[bytes, ServedGoal] = {}
         self._plans: dict[bytes, Message] = {}
-        self._kept: list[Question] = []  # lost on purpose: a query ends when nobody holds it
+        self._kept: list[PendingQuery] = []  # lost on purpose: a query ends when nobody holds it
         self._lock = threading.RLock()
         self._ticks = 0
         self.accepted = 0
@@ -122,10 +122,10 @@ class SimNav2Server:
 
     # Questions
 
-    def _serve(self, served: Action, part: str, handler: Callable[[Question], None]) -> None:
+    def _serve(self, served: Action, part: str, handler: Callable[[PendingQuery], None]) -> None:
         key = self._bridge.keys.action(served, part)
 
-        def serve(question: Question) -> None:
+        def serve(question: PendingQuery) -> None:
             with self._lock:
                 self.asked["plan" if served is COMPUTE_PATH_TO_POSE else part] += 1
             try:
@@ -135,7 +135,7 @@ class SimNav2Server:
 
         self._bridge.answer(key, serve)
 
-    def _send_goal(self, question: Question) -> None:
+    def _send_goal(self, question: PendingQuery) -> None:
         request = self._decode(question, f"{NAVIGATE}_SendGoal_Request")
         uuid = bytes(request.goal_id.uuid)
         with self._lock:
@@ -144,7 +144,7 @@ class SimNav2Server:
                 self._accept(ServedGoal(uuid, usable_pose(request.goal.pose), self._clock.now_ns()))
         self._reply("send_goal", question, self._say.accepted(NAVIGATE, accepted, self._clock.now_ns()))
 
-    def _get_result(self, question: Question) -> None:
+    def _get_result(self, question: PendingQuery) -> None:
         request = self._decode(question, f"{NAVIGATE}_GetResult_Request")
         with self._lock:
             goal = self._goals.get(bytes(request.goal_id.uuid))
@@ -153,7 +153,7 @@ class SimNav2Server:
                 return
         self._reply("get_result", question, self._say.result(goal))
 
-    def _cancel_goal(self, question: Question) -> None:
+    def _cancel_goal(self, question: PendingQuery) -> None:
         request = self._decode(question, f"{action.CANCEL}_Request")
         uuid = bytes(request.goal_info.goal_id.uuid)
         with self._lock:
@@ -173,7 +173,7 @@ class SimNav2Server:
         chosen = [g for g in active if g.uuid == uuid]
         return (action.CANCEL_OK, chosen) if chosen else (action.CANCEL_TERMINATED, [])
 
-    def _send_plan(self, question: Question) -> None:
+    def _send_plan(self, question: PendingQuery) -> None:
         request = self._decode(question, f"{PLAN}_SendGoal_Request")
         uuid = bytes(request.goal_id.uuid)
         with self._lock:
@@ -182,7 +182,7 @@ class SimNav2Server:
                 self._plans[uuid] = self._planned(usable_pose(request.goal.goal))
         self._reply("plan", question, self._say.accepted(PLAN, accepted, self._clock.now_ns()))
 
-    def _get_plan(self, question: Question) -> None:
+    def _get_plan(self, question: PendingQuery) -> None:
         request = self._decode(question, f"{PLAN}_GetResult_Request")
         self._reply("plan", question, self._plans.get(bytes(request.goal_id.uuid), self._say.unknown_plan()))
 
@@ -192,7 +192,7 @@ class SimNav2Server:
         except PlanFailed as failed:
             return self._say.no_path(*failed.args)
 
-    def _is_active(self, question: Question) -> None:
+    def _is_active(self, question: PendingQuery) -> None:
         self._reply("is_active", question, self._say.active(not self.faults.inactive))
 
     # Driving
@@ -264,7 +264,7 @@ class SimNav2Server:
 
     # Wire
 
-    def _reply(self, part: str, question: Question, message: Message) -> None:
+    def _reply(self, part: str, question: PendingQuery, message: Message) -> None:
         if self.faults.slow_s:
             time.sleep(self.faults.slow_s)
         if self.faults.take(self.faults.lost, part):
@@ -296,5 +296,5 @@ class SimNav2Server:
         nearest = int(np.argmin(np.linalg.norm(goal.path - self._robot.believed_pose.xy, axis=1)))
         return path_length(goal.path[nearest:])
 
-    def _decode(self, question: Question, type_name: str) -> Message:
+    def _decode(self, question: PendingQuery, type_name: str) -> Message:
         return self._codec.decode(question.payload, type_name)

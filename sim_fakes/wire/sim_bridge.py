@@ -21,7 +21,7 @@ BLOCK = zenoh.CongestionControl.BLOCK  # a simulation loses nothing by accident
 
 
 @dataclass(frozen=True)
-class Question:
+class PendingQuery:
     """One query that waits. It ends when it is answered or dropped; a query that is kept runs into its time-out."""
 
     payload: bytes
@@ -84,12 +84,12 @@ class SimBridge:
         """Take the token away, as when the action server's node died."""
         self._tokens.pop(self.keys.action_token(action, self._zid)).undeclare()
 
-    def answer(self, key: str, handler: Callable[[Question], None]) -> None:
+    def answer(self, key: str, handler: Callable[[PendingQuery], None]) -> None:
         """Let `handler` answer the queries on a key."""
 
         def guarded(query: zenoh.Query) -> None:
             try:
-                handler(Question(query.payload.to_bytes() if query.payload else b"", query))
+                handler(PendingQuery(query.payload.to_bytes() if query.payload else b"", query))
             except Exception as error:  # kept, and raised again by flush()
                 logger.exception("the simulated bridge failed on %s", key)
                 with self._lock:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from drivers.livox import control_wire
-from drivers.livox.control_wire import Command, ControlFrame, Found
+from drivers.livox.control_wire import CommandId, ControlFrame, Found
 from drivers.livox.wire import LivoxWireError, PacketRefusal
 
 FOUND = Found(9, "3JEDK8A0010123", "192.168.1.150", 56100)
@@ -71,7 +71,7 @@ def test_a_key_list_that_does_not_add_up_is_refused(data: bytes) -> None:
 
 
 def test_a_frame_of_an_unknown_sender_is_refused() -> None:
-    strange = control_wire.encode(ControlFrame(1, Command.GET)._replace(from_lidar=2))  # type: ignore[arg-type]
+    strange = control_wire.encode(ControlFrame(1, CommandId.GET)._replace(from_lidar=2))  # type: ignore[arg-type]
     with pytest.raises(LivoxWireError) as refused:
         control_wire.decode(strange)
     assert refused.value.refusal is PacketRefusal.TYPE
@@ -79,4 +79,4 @@ def test_a_frame_of_an_unknown_sender_is_refused() -> None:
 
 def test_more_data_than_a_frame_can_carry_is_refused() -> None:
     with pytest.raises(ValueError, match="at most 1400"):
-        control_wire.encode(ControlFrame(1, Command.SET, bytes(1401)))
+        control_wire.encode(ControlFrame(1, CommandId.SET, bytes(1401)))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from drivers.livox import control_wire
-from drivers.livox.control_wire import Command
+from drivers.livox.control_wire import CommandId
 from drivers.livox.driver import LivoxLidar, LivoxSettings
 from drivers.livox.keys import Key
 from drivers.livox.takeover import LivoxControl
@@ -161,7 +161,7 @@ def test_taking_control_turns_the_lidars_streams_to_this_host(clock, answering: 
     assert written[Key.STATE_DESTINATION] == ("127.0.0.1", ports["push"], 56200)
     assert answering.answers.destinations["imu"] == ("127.0.0.1", ports["imu"])
     assert answering.answers.written[Key.WORK_MODE] == b"\x01"
-    assert {received.frame.command for received in answering.received} == {Command.SET}
+    assert {received.frame.command for received in answering.received} == {CommandId.SET}
 
 
 def test_a_key_the_lidar_refuses_is_named_with_its_reason(answering: LivoxEmulator) -> None:

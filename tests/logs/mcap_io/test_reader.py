@@ -14,7 +14,7 @@ from mcap.records import Chunk
 from mcap.writer import CompressionType, Writer
 
 from logs.mcap_io.reader import LogError, LogReader
-from logs.mcap_io.scan import Damage, Source, chunk_records, record_at
+from logs.mcap_io.scan import Damage, PositionedFile, chunk_records, record_at
 
 Everything = tuple[list[object], list[object], dict[str, dict[str, str]]]
 
@@ -117,13 +117,13 @@ def test_a_small_file_that_would_expand_to_very_much_is_refused(tmp_path: Path, 
     record = bomb(promised, 200 << 20)
     assert len(record) < 25_000
     (tmp_path / "bomb").write_bytes(record)
-    with Source(tmp_path / "bomb") as source, pytest.raises(Damage, match=cause):
+    with PositionedFile(tmp_path / "bomb") as source, pytest.raises(Damage, match=cause):
         chunk_records(record_at(source, 0))
 
 
 def test_a_record_longer_than_the_file_is_refused_before_it_is_read(tmp_path: Path) -> None:
     (tmp_path / "a").write_bytes(struct.pack("<BQ", 6, 2**62) + b"x" * 50)
-    with Source(tmp_path / "a") as source, pytest.raises(Damage, match="ends in the middle"):
+    with PositionedFile(tmp_path / "a") as source, pytest.raises(Damage, match="ends in the middle"):
         record_at(source, 0)
 
 

@@ -14,7 +14,7 @@ from logs.mcap_io import scan
 from logs.mcap_io.checksum import KEY, ChecksumError, without_checksum
 from logs.mcap_io.reader import LogError, LogMessage, LogReader
 from logs.mcap_io.recover import RecoveryReport, recover
-from logs.mcap_io.scan import Source, chunk_records, record_at
+from logs.mcap_io.scan import PositionedFile, chunk_records, record_at
 
 
 def recovered(damaged: Path) -> tuple[RecoveryReport, list[LogMessage]]:
@@ -29,7 +29,7 @@ def recovered(damaged: Path) -> tuple[RecoveryReport, list[LogMessage]]:
 
 def counts_of(path: Path) -> list[int]:
     """How many messages each chunk holds."""
-    with Source(path) as source:
+    with PositionedFile(path) as source:
         return [
             sum(each.opcode == 5 for each in chunk_records(record_at(source, begin))) for begin, _ in chunks_of(path)
         ]
@@ -38,7 +38,7 @@ def counts_of(path: Path) -> list[int]:
 def chunks_of(path: Path) -> list[tuple[int, int]]:
     """(begin, end) of every chunk."""
     spans, offset = [], 8
-    with Source(path) as source:
+    with PositionedFile(path) as source:
         while True:
             raw = record_at(source, offset)
             if raw.opcode == 15:

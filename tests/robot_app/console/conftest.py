@@ -27,7 +27,7 @@ from robot_app.console.snapshots import LiveMission, Snapshots
 from robot_app.console.talk import Talk
 from robot_app.console.telemetry import Picture, Readings
 from robot_app.console.trial_pages import TrialPages
-from robot_app.mission.operator import Operator
+from robot_app.mission.operator import SharedOperator
 from robot_app.mission.trial_shelf import TrialShelf
 from robot_app.voice.suggestions import memory_phrases
 
@@ -121,7 +121,7 @@ class PageClient:
 @dataclass
 class Console:
     server: Server
-    operator: Operator
+    operator: SharedOperator
     live: LiveMission
     folder: Path
     kept: list[Entry]  # notes for the trial under way
@@ -138,7 +138,7 @@ class Console:
 @pytest.fixture
 def console(small_room: OpenTrial, accounts: Path, tmp_path: Path) -> Iterator[Console]:
     shutil.copy(SMALL_ROOM, tmp_path / "small_room.mcap")
-    operator, live = Operator(), LiveMission(small_room.memory)
+    operator, live = SharedOperator(), LiveMission(small_room.memory)
     operator.join("console")
     kept: list[Entry] = []
     readings = Readings(pose=Pose2(1.0, 2.0, 0.5), battery=0.8, disk_free_bytes=10**11)

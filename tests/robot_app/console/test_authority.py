@@ -15,7 +15,7 @@ from robot_app.config import ConsoleSection
 from robot_app.console.accounts import Accounts, hashed, verified
 from robot_app.console.commands import SEEN_MAX_AGE_S
 from robot_app.console.server import Listening, checked, listening_of
-from robot_app.console.sessions import PAIRING_S, SESSION_S, Rate, Sessions
+from robot_app.console.sessions import PAIRING_S, SESSION_S, Sessions, TokenBucket
 
 PASSWORD = "correct horse"
 OPTIONS = (Option(1, 1, "lamp", 0.5), Option(2, 7, "sofa", 0.4))
@@ -280,7 +280,7 @@ def test_two_hashes_of_a_password_differ_and_both_verify():
 
 def test_a_rate_lets_a_burst_through_and_then_its_average():
     now = [0.0]
-    rate = Rate(2.0, 3, lambda: now[0])
+    rate = TokenBucket(2.0, 3, lambda: now[0])
     assert [rate.allows("a") for _ in range(4)] == [True, True, True, False]
     now[0] = 0.5
     assert rate.allows("a") and not rate.allows("a") and rate.allows("b")

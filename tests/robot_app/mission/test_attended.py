@@ -12,7 +12,7 @@ from drivers.clock import SystemClock
 from drivers.ports import Reaction, SafetyVerdict
 from openbelief.pose import Pose2
 from robot_app.mission.attended import AlertClock, PresenceSafety
-from robot_app.mission.operator import Operator
+from robot_app.mission.operator import SharedOperator
 
 GOAL = Pose2(1.0, 2.0, 0.0)
 LONG_S = 60.0
@@ -44,7 +44,7 @@ def test_without_a_supervisor_a_silent_page_holds_all_the_same():
 
 
 def test_a_stop_ends_a_sleep_and_sleeps_after_it_are_whole():
-    operator = Operator()
+    operator = SharedOperator()
     clock = AlertClock(SystemClock(), operator)
     sleeping = threading.Thread(target=lambda: clock.sleep(LONG_S))
     sleeping.start()

@@ -10,7 +10,7 @@ import pytest
 
 from drivers.ports import Approval, Option, Question, Reply
 from robot_app.mission.lease import Refused
-from robot_app.mission.operator import QUEUE_MAX, SENTENCE_MAX, SILENT_S, Change, Notice, Operator
+from robot_app.mission.operator import QUEUE_MAX, SENTENCE_MAX, SILENT_S, Change, Notice, SharedOperator
 
 LONG_S = 30.0  # longer than any of these tests takes
 QUESTION = Question(
@@ -37,8 +37,8 @@ def watch() -> Watch:
 
 
 @pytest.fixture
-def operator(watch) -> Operator:
-    made = Operator(now_s=watch, epoch_ns=lambda: 77)
+def operator(watch) -> SharedOperator:
+    made = SharedOperator(now_s=watch, epoch_ns=lambda: 77)
     made.join("test")
     return made
 
@@ -62,7 +62,7 @@ def when_asked(operator) -> Callable[[Callable[[], object]], list[Exception]]:
     return do
 
 
-def answer(operator: Operator, lease, word: Approval = Approval.YES, **more) -> Reply:
+def answer(operator: SharedOperator, lease, word: Approval = Approval.YES, **more) -> Reply:
     asked = operator.question
     more = {"memory_hash": "abc"} | more
     return operator.answer(lease, more.pop("id", asked.id), word, **more)
@@ -247,12 +247,12 @@ def test_whoever_waits_for_a_sentence_is_let_go_when_the_last_client_leaves(oper
 
 def test_where_motion_was_approved_beforehand_nobody_is_asked_and_the_screen_says_why():
     told: list[str] = []
-    operator = Operator(approve_all="approved with --yes")
+    operator = SharedOperator(approve_all="approved with --yes")
     operator.listen(lambda notice: told.append(notice.sentence))
     assert operator.confirm(QUESTION, LONG_S).word is Approval.YES
     assert told == ["May I walk to the lamp? yes (approved with --yes)"]
 
 
 def test_yes_to_all_is_no_yes_to_a_doubt_which_a_person_settles():
-    operator = Operator(approve_all="approved with --yes")
+    operator = SharedOperator(approve_all="approved with --yes")
     assert operator.confirm(replace(QUESTION, doubt="it may be a bed"), 0.01).word is not Approval.YES

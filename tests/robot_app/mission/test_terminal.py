@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import pytest
 
 from drivers.ports import Approval, Option, Question
-from robot_app.mission.operator import Operator
+from robot_app.mission.operator import SharedOperator
 from robot_app.mission.terminal import Terminal
 
 LONG_S = 30.0  # longer than any of these tests takes
@@ -25,8 +25,8 @@ MAY_I = Question(
 
 
 @pytest.fixture
-def operator(keyboard, screen) -> Iterator[Operator]:
-    made = Operator()
+def operator(keyboard, screen) -> Iterator[SharedOperator]:
+    made = SharedOperator()
     with Terminal(made, who="Ada", source=keyboard, screen=screen):
         yield made
 
@@ -147,7 +147,7 @@ def test_an_input_that_cannot_be_read_ends_like_one_that_ended_and_is_named(scre
         def __iter__(self):
             raise OSError("the terminal is gone")
 
-    operator = Operator()
+    operator = SharedOperator()
     with Terminal(operator, source=Broken(), screen=screen):
         assert operator.next_sentence() is None
     assert any("the terminal is gone" in line for line in screen.lines)
@@ -165,7 +165,7 @@ def tty() -> Iterator[Callable[..., SimpleNamespace]]:
         master, slave = pty.openpty()
         source, screen = os.fdopen(slave, "r"), os.fdopen(os.dup(slave), "w")
         opened.extend((source, screen))
-        operator = Operator()
+        operator = SharedOperator()
         client = Terminal(operator, who="Ada", source=source, screen=screen, **more)
         client.__enter__()
         return SimpleNamespace(operator=operator, client=client, hang_up=lambda: os.close(master), screen=screen)
@@ -211,7 +211,7 @@ def test_what_cannot_be_shown_any_more_raises_nothing_and_is_a_stop_as_well(tty,
 
 
 def test_an_input_that_never_was_a_terminal_stops_nothing_by_ending(keyboard, screen, eventually):
-    made = Operator()
+    made = SharedOperator()
     with Terminal(made, source=keyboard, screen=screen, under_way=lambda: True):
         keyboard.end()
         eventually(lambda: not made.present)
@@ -222,7 +222,7 @@ def test_an_input_that_never_was_a_terminal_stops_nothing_by_ending(keyboard, sc
 def test_ctrl_c_ends_a_program_that_waits_for_a_sentence_and_stops_one_that_does_not(operator, keyboard, eventually):
     operator.interrupt(because="the operator pressed Ctrl-C")
     assert operator.stop_requested().because == "the operator pressed Ctrl-C"
-    waiting = Operator()
+    waiting = SharedOperator()
     waiting.join("terminal")
     ended = []
     thread = threading.Thread(target=lambda: ended.append(waiting.next_sentence()))

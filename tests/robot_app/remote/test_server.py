@@ -12,7 +12,7 @@ import pytest
 
 from drivers.ports import Approval, Option, Question, Reply
 from openbelief.memory import ObjectMemory
-from robot_app.mission.operator import Operator
+from robot_app.mission.operator import SharedOperator
 from robot_app.remote import messages as m
 from robot_app.remote.asking import RemoteAsking
 from robot_app.remote.server import RemoteServer
@@ -27,14 +27,14 @@ def memory(demo_folder: Path) -> ObjectMemory:
 
 
 @pytest.fixture
-def operator() -> Operator:
-    made = Operator()
+def operator() -> SharedOperator:
+    made = SharedOperator()
     made.join("terminal")
     return made
 
 
 @pytest.fixture
-def server(operator: Operator, memory: ObjectMemory) -> RemoteServer:
+def server(operator: SharedOperator, memory: ObjectMemory) -> RemoteServer:
     return RemoteServer(operator, memory)
 
 
@@ -109,12 +109,12 @@ def test_a_sentence_that_is_too_long_or_names_nothing_is_refused(server, operato
 
 def test_anybody_may_stop_and_what_waits_is_dropped(server, operator):
     sent(server, m.AskRequest, sentence="go to the sofa", **leased(server))
-    assert sent(server, m.StopRequest, who="a passer-by")["ok"]
+    assert sent(server, m.RemoteStopRequest, who="a passer-by")["ok"]
     assert operator.stop_requested().because == "a passer-by said stop over the network" and operator.waiting == ()
 
 
 def test_words_from_outside_reach_the_screen_without_control_characters(server, operator):
-    sent(server, m.StopRequest, who="eve\x1b[2J\n\rfake: yes")
+    sent(server, m.RemoteStopRequest, who="eve\x1b[2J\n\rfake: yes")
     assert operator.stop_requested().because.isprintable()
 
 
@@ -137,7 +137,7 @@ def question_after(server: RemoteServer, before: int = 0) -> dict:
     return seen[0]
 
 
-def asked(operator: Operator, server: RemoteServer, act: Callable[[dict], None]) -> Reply:
+def asked(operator: SharedOperator, server: RemoteServer, act: Callable[[dict], None]) -> Reply:
     """The answer to QUESTION about the next sentence, while `act` (given the open question) happens beside it."""
     operator.begin(operator.next_sentence())
     with ThreadPoolExecutor(1) as beside:
@@ -185,7 +185,7 @@ def test_an_agent_proposes_is_named_and_is_not_answered_from_afar(server, operat
 
 
 def test_an_agents_question_is_asked_although_everything_else_is_approved(memory):
-    operator = Operator(approve_all="approved with --yes")
+    operator = SharedOperator(approve_all="approved with --yes")
     operator.take("ada", "terminal")
     operator.begin(operator.propose("go to the sofa", agent="helper"))
     assert operator.confirm(QUESTION, 30.0).word is Approval.EXPIRED  # nobody is there to answer

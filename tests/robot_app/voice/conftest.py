@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robot_app.voice.audio import RATE_HZ, Clip
+from robot_app.voice.audio import RATE_HZ, AudioClip
 from robot_app.voice.recogniser import Heard
 
 SPEECH = Path(__file__).parent / "speech"
@@ -36,8 +36,8 @@ def silence(seconds: float, amplitude: float = 1e-4) -> np.ndarray:
     return noise.astype(np.float32)
 
 
-def clip(*parts: np.ndarray) -> Clip:
-    return Clip(np.concatenate(parts))
+def clip(*parts: np.ndarray) -> AudioClip:
+    return AudioClip(np.concatenate(parts))
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ import wave
 import numpy as np
 import pytest
 
-from robot_app.voice.audio import MAX_S, RATE_HZ, AudioError, Clip, clip_of_pcm16, clip_of_wav, read_wav
+from robot_app.voice.audio import MAX_S, RATE_HZ, AudioClip, AudioError, clip_of_pcm16, clip_of_wav, read_wav
 
 from .conftest import tone
 
@@ -52,7 +52,7 @@ def test_another_rate_is_the_same_tone_of_the_same_length(rate_hz):
 
 
 def test_what_is_kept_is_what_was_heard():
-    made = Clip(tone(0.3))
+    made = AudioClip(tone(0.3))
     assert np.abs(clip_of_wav(made.wav()).samples - made.samples).max() < 1e-4
     assert np.abs(clip_of_pcm16(made.pcm16()).samples - made.samples).max() < 1e-4
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from robot_app.cli import Failure
-from robot_app.mission.operator import Operator
+from robot_app.mission.operator import SharedOperator
 from robot_app.voice.listener import Listener
 from robot_app.voice.local_talk import LocalTalk
 from robot_app.voice.speaking import Speaker
@@ -28,14 +28,16 @@ class Recorded:
 
 
 @pytest.fixture
-def operator() -> Operator:
-    made = Operator()
+def operator() -> SharedOperator:
+    made = SharedOperator()
     made.join("terminal")
     made.take("ada", "terminal")
     return made
 
 
-def talk(operator: Operator, words: str, kept: list, muted: list, microphone: Recorded | None = None) -> LocalTalk:
+def talk(
+    operator: SharedOperator, words: str, kept: list, muted: list, microphone: Recorded | None = None
+) -> LocalTalk:
     listener = Listener(ScriptedRecogniser(words))
     return LocalTalk(operator, microphone or Recorded(), listener, kept.append, muted.append)
 

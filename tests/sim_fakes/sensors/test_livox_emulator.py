@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from drivers.livox import control_wire
-from drivers.livox.control_wire import Command, ControlFrame, Found
+from drivers.livox.control_wire import CommandId, ControlFrame, Found
 from drivers.livox.keys import Key
 from sim_fakes.sensors.livox_answers import LivoxAnswers
 from sim_fakes.sensors.livox_faults import LivoxFaults
@@ -51,7 +51,7 @@ def test_a_set_is_answered_with_the_real_lidars_code(answers: LivoxAnswers, valu
 
 
 def test_a_wrong_number_of_keys_is_answered_so(answers: LivoxAnswers) -> None:
-    ack = answers.answer(ControlFrame(1, Command.SET, b"\x05\0\0\0"))
+    ack = answers.answer(ControlFrame(1, CommandId.SET, b"\x05\0\0\0"))
     assert control_wire.parse_set_ack(ack.data)[0] == 0x24
 
 

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from drivers.clock import SystemClock
-from drivers.livox.control_wire import Command, Found
+from drivers.livox.control_wire import CommandId, Found
 from drivers.livox.keys import Key
 from drivers.livox.wire import RECORDS, DataType, decode_packet
 from sim_fakes.sensors.livox_emulator import EmulatorSettings, LivoxEmulator
@@ -74,5 +74,5 @@ def test_the_vendors_sdk_takes_the_emulated_lidar_for_a_real_one(tmp_path: Path,
     assert understood["dots"] == 96
     np.testing.assert_array_equal(understood["xyz_mm"], sent_points_mm(understood["stamp_ns"]))
     np.testing.assert_allclose(understood["last_imu"], [[0, 0, 0], [0, 0, 1]], atol=1e-6)
-    assert Command.SET in [received.frame.command for received in emulator.received if received.frame]
+    assert CommandId.SET in [received.frame.command for received in emulator.received if received.frame]
     assert {Key.POINTS_DESTINATION, Key.IMU_DESTINATION} <= set(emulator.answers.written)

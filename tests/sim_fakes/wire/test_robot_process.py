@@ -20,9 +20,9 @@ class Room:
     walk = (Pose2(3.0, 3.0, 0.0), Pose2(3.5, 3.0, 1.0))
 
     def occupancy_grid(self):
-        from sim_fakes.wire.nav2_process import Floor
+        from sim_fakes.wire.nav2_process import EmptyFloor
 
-        return Floor().occupancy_grid()
+        return EmptyFloor().occupancy_grid()
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from openbelief.request.request import Request
 Encode = Callable[[Sequence[str]], Array]  # (n, d) float64 unit rows, checked
 
 
-class Asked:
+class EncodedRequest:
     """f_q of a request, and the vector of any other word that answering it takes; each text is encoded once."""
 
     def __init__(self, request: Request, encode: Encode) -> None:
