@@ -1,4 +1,4 @@
-"""What a site decides about its missions: who approves motion, how fresh data must be, how long a drive may take."""
+"""What is configured about missions: who approves motion, how fresh data must be, how long a drive may take."""
 
 from __future__ import annotations
 

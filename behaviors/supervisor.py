@@ -29,7 +29,7 @@ Corners = tuple[tuple[Number, Number], ...]
 @in_one_line("Safety limit")
 @settings(frozen=True, kw_only=True, config=CHECKED)
 class SafetyPolicy:
-    """What a site decides about safety. watchdog: whether a robot over ROS must have one; lidar: whether it is used.
+    """What is configured about safety. watchdog: whether a robot over ROS must have one; lidar: whether it is used.
 
     keep_out: polygons nothing may enter; allowed: one polygon nothing may leave, () = everywhere; points
     are (x, y), map frame, metres. Raises ValueError on limits that make no sense.

@@ -67,11 +67,11 @@ class Robot:
     map: Map
     navigator: Navigator
     battery: Battery | None
-    site: Wiring
+    wiring: Wiring
 
     def ports(self, operator: Operator, perception: Perception, safety: Safety | None = None) -> Ports:
         """What a mission needs."""
-        lidar = self.lidar if self.site.config.safety.lidar == "used" else None
+        lidar = self.lidar if self.wiring.config.safety.lidar == "used" else None
         return Ports(self.clock, self.camera, self.poses, self.map, self.navigator, operator, perception, lidar, safety)
 
 
@@ -82,21 +82,21 @@ def open_robot(config: Config, stop: Callable[[], str | None] = nobody_stops) ->
     Raises PortError, SceneError or LogError with a sentence that names the cause.
     """
     with ExitStack() as opened:
-        site = _site(config, opened, stop)
+        wiring = _wiring(config, opened, stop)
         body = {name: BODIES[name, word] for name, word in config.ports.model_dump().items()}
-        poses, grid = body["pose"](site), body["map"](site)
+        poses, grid = body["pose"](wiring), body["map"](wiring)
         robot = Robot(
-            clock=site.clock,
-            camera=body["camera"](site),
-            lidar=body["lidar"](site),
+            clock=wiring.clock,
+            camera=body["camera"](wiring),
+            lidar=body["lidar"](wiring),
             poses=poses,
             map=grid,
-            navigator=body["navigator"](site, poses, grid),
-            battery=body["battery"](site),
-            site=site,
+            navigator=body["navigator"](wiring, poses, grid),
+            battery=body["battery"](wiring),
+            wiring=wiring,
         )
-        if site.simulation is not None:
-            site.simulation.site.start(site.wires["sim"].link, ready=lambda: _heard(robot))
+        if wiring.simulation is not None:
+            wiring.simulation.graph.start(wiring.wires["sim"].link, ready=lambda: _heard(robot))
         yield robot
 
 
@@ -120,7 +120,7 @@ def _perception_spec(config: Config) -> str:
     return f"scripted:{config.sim.scene}" if profile == "scripted" else profile
 
 
-def _site(config: Config, opened: ExitStack, stop: Callable[[], str | None]) -> Wiring:
+def _wiring(config: Config, opened: ExitStack, stop: Callable[[], str | None]) -> Wiring:
     """The clock is the simulation's where a body is simulated (begun at the recording's start), else the wall's."""
     sim, wires, simulated, recording = config.sim, {}, None, None
     if config.ports.uses("replay") and config.replay.recording is not None:
@@ -128,8 +128,8 @@ def _site(config: Config, opened: ExitStack, stop: Callable[[], str | None]) -> 
     if config.ports.uses("sim"):
         start_ns = recording.start_ns if recording else START_NS
         simulated = simulation(sim.scene, seed=sim.seed, start_ns=start_ns, camera_rate_hz=sim.camera_rate_hz)
-        site = opened.enter_context(simulated.site)
-        wires["sim"] = Wire(opened.enter_context(ZenohLink(site.link_config)), BridgeKeys(), TopicsSection())
+        graph = opened.enter_context(simulated.graph)
+        wires["sim"] = Wire(opened.enter_context(ZenohLink(graph.link_config)), BridgeKeys(), TopicsSection())
     if config.ports.uses("ros"):
         link = opened.enter_context(ZenohLink(LinkConfig((config.zenoh.endpoint,), tls=config.zenoh.tls)))
         wires["ros"] = Wire(link, BridgeKeys(config.zenoh.namespace), config.topics, config.zenoh.distribution)
@@ -164,66 +164,66 @@ def _seeded_uuids(seed: int) -> Callable[[], bytes]:
     return lambda: rng.bytes(16)
 
 
-def _wire(site: Wiring, word: str) -> Wire:
-    return site.wires[word]
+def _wire(wiring: Wiring, word: str) -> Wire:
+    return wiring.wires[word]
 
 
-def _camera(site: Wiring, word: str) -> Camera:
-    wire = _wire(site, word)
+def _camera(wiring: Wiring, word: str) -> Camera:
+    wire = _wire(wiring, word)
     camera = RosCamera(
         wire.link,
-        site.clock,
+        wiring.clock,
         wire.keys,
         color=color_topic(wire.topics.color),
         depth=depth_topic(wire.topics.depth),
         camera_info=replace(CAMERA_INFO, name=wire.topics.camera_info),
         pairing=PairingTolerance(
-            tolerance_s=site.config.pairing.tolerance_s, offset_s=site.config.pairing.depth_offset_s
+            tolerance_s=wiring.config.pairing.tolerance_s, offset_s=wiring.config.pairing.depth_offset_s
         ),
     )
     camera.start()
     return camera
 
 
-def _lidar(site: Wiring, word: str) -> Lidar:
-    wire = _wire(site, word)
-    lidar = RosLidar(wire.link, site.clock, wire.keys, topic=replace(LIDAR, name=wire.topics.lidar))
+def _lidar(wiring: Wiring, word: str) -> Lidar:
+    wire = _wire(wiring, word)
+    lidar = RosLidar(wire.link, wiring.clock, wire.keys, topic=replace(LIDAR, name=wire.topics.lidar))
     lidar.start()
     return lidar
 
 
-def _battery(site: Wiring, word: str) -> Battery:
-    wire = _wire(site, word)
-    battery = RosBattery(wire.link, site.clock, wire.keys, topic=replace(BATTERY, name=wire.topics.battery))
+def _battery(wiring: Wiring, word: str) -> Battery:
+    wire = _wire(wiring, word)
+    battery = RosBattery(wire.link, wiring.clock, wire.keys, topic=replace(BATTERY, name=wire.topics.battery))
     battery.start()
     return battery
 
 
-def _poses(site: Wiring, word: str) -> PoseSource:
-    wire = _wire(site, word)
-    poses = RosPoseSource(wire.link, site.clock, wire.keys, max_gap_s=site.config.pairing.max_tf_gap_s)
+def _poses(wiring: Wiring, word: str) -> PoseSource:
+    wire = _wire(wiring, word)
+    poses = RosPoseSource(wire.link, wiring.clock, wire.keys, max_gap_s=wiring.config.pairing.max_tf_gap_s)
     poses.start()
     return poses
 
 
-def _map(site: Wiring, word: str) -> Map:
-    wire = _wire(site, word)
+def _map(wiring: Wiring, word: str) -> Map:
+    wire = _wire(wiring, word)
     grid = RosMap(wire.link, wire.keys, topic=replace(MAP, name=wire.topics.map))
     grid.start()
     return grid
 
 
-def _navigator(site: Wiring, word: str, poses: PoseSource, grid: Map) -> Navigator:
-    wire = _wire(site, word)
+def _navigator(wiring: Wiring, word: str, poses: PoseSource, grid: Map) -> Navigator:
+    wire = _wire(wiring, word)
     bridge = Nav2Bridge(
         wire.link,
-        site.clock,
+        wiring.clock,
         poses,
         grid,
-        new_uuid=site.new_uuid,
+        new_uuid=wiring.new_uuid,
         keys=wire.keys,
         distribution=wire.distribution,
-        stop=site.stop,
+        stop=wiring.stop,
     )
     bridge.start()
     return bridge
@@ -232,27 +232,27 @@ def _navigator(site: Wiring, word: str, poses: PoseSource, grid: Map) -> Navigat
 def _real(port: str, open_sensor: Callable[[Config, Clock, ExitStack], Any]) -> Callable[[Wiring], Any]:
     """The body raises PortError where there is no usable sensor, or no real clock to time it by."""
 
-    def body(site: Wiring) -> Any:
-        if site.simulation is not None:
+    def body(wiring: Wiring) -> Any:
+        if wiring.simulation is not None:
             raise PortError(
                 f'A real {port} cannot keep a simulated robot\'s time: set every port that says "sim" to another.'
             )
-        return open_sensor(site.config, site.clock, site.opened)
+        return open_sensor(wiring.config, wiring.clock, wiring.opened)
 
     return body
 
 
 def _replayed(name: str) -> Callable[[Wiring], Any]:
-    def body(site: Wiring) -> Any:
-        if site.recording is None:
+    def body(wiring: Wiring) -> Any:
+        if wiring.recording is None:
             raise RuntimeError("robot.toml was checked: a replayed body has its recording.")
-        return getattr(site.recording, name)(site.clock)
+        return getattr(wiring.recording, name)(wiring.clock)
 
     return body
 
 
 def _on(word: str, body: Callable[..., Any]) -> Callable[..., Any]:
-    return lambda site, *more: body(site, word, *more)
+    return lambda wiring, *more: body(wiring, word, *more)
 
 
 # (port, word in robot.toml) -> the body. A simulated robot is the ROS driver in front of the simulated wire.

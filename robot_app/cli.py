@@ -28,7 +28,7 @@ VERBS = {
     "eval": "score a memory against ground truth",
     "doctor": "is everything in place? each part ok, warn or fail, with the remedy",
     "accounts": "who may use the console",
-    "certs": "keys, certificates and Zenoh configurations of a site",
+    "certs": "keys, certificates and Zenoh configurations of a robot's network",
     "models": "networks: list, pull, export, check",
     "bench": "measure this machine under a part's full load",
 }

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from drivers.clock import SimClock
 from sim_fakes.sensors.eyes import RenderedEyes
-from sim_fakes.wire.ros_site import RosSite
+from sim_fakes.wire.ros_graph import RosGraph
 from sim_fakes.world.renderer import Renderer
 from sim_fakes.world.robot import SimRobot
 from sim_fakes.world.world import World
@@ -21,7 +21,7 @@ class Simulation:
     world: World
     clock: SimClock
     robot: SimRobot
-    site: RosSite
+    graph: RosGraph
 
 
 def simulation(scene: str, *, seed: int, start_ns: int = START_NS, camera_rate_hz: float | None = 1.0) -> Simulation:
@@ -29,5 +29,5 @@ def simulation(scene: str, *, seed: int, start_ns: int = START_NS, camera_rate_h
     world, clock = World.load(scene), SimClock(start_ns)
     robot = SimRobot(world, clock, world.start_pose)
     eyes = RenderedEyes(Renderer(world), robot.intrinsics, seed=seed)
-    site = RosSite(clock, robot, world.occupancy_grid(), eyes, camera_rate_hz=camera_rate_hz)
-    return Simulation(world, clock, robot, site)
+    graph = RosGraph(clock, robot, world.occupancy_grid(), eyes, camera_rate_hz=camera_rate_hz)
+    return Simulation(world, clock, robot, graph)

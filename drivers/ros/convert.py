@@ -230,7 +230,7 @@ def path_message(path_xy: Array, stamp_ns: int) -> Message:
 
 
 def _require_near(*metres: float) -> None:
-    """Sums and squares of numbers beyond any site overflow where nobody looks for it."""
+    """Sums and squares of numbers beyond any building overflow where nobody looks for it."""
     if max(map(abs, metres), default=0.0) > FAR_M:
         raise WireError(f"A position of {max(map(abs, metres)):g} m is on no map.")
 

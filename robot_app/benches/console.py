@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from robot_app.arguments import from_one
-from robot_app.benches.programs import START_S, THING, Program, until, write_site
+from robot_app.benches.programs import START_S, THING, Program, until, write_configuration
 from robot_app.cli import Failure, print_json
 
 if TYPE_CHECKING:
@@ -217,7 +217,7 @@ def console() -> Iterator[ConsoleBench]:
         folder = Path(opened.enter_context(tempfile.TemporaryDirectory()))
         wide = "camera_max_age_s = 2.0\npose_max_age_s = 2.0\ncloud_max_age_s = 4.0\n"
         limits = f"[mission]\n{wide}[safety]\nwatchdog = 'off'\ndisk_min_bytes = 1000000\n{wide}"
-        config, operator = load_config(write_site(folder, endpoint, limits)), SharedOperator()
+        config, operator = load_config(write_configuration(folder, endpoint, limits)), SharedOperator()
         missions = opened.enter_context(open_missions(config, operator))
         served = open_console(Listening("127.0.0.1", 0), config, operator, missions, extra=_changing)
         shown = opened.enter_context(served)

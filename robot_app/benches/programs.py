@@ -164,7 +164,7 @@ def own_dds() -> dict[str, str]:
     return {"CYCLONEDDS_URI": uri, "ROS_DOMAIN_ID": str(100 + os.getpid() % 100)}
 
 
-def write_site(folder: Path, endpoint: str, more: str = "") -> Path:
+def write_configuration(folder: Path, endpoint: str, more: str = "") -> Path:
     """A memory of one thing on the empty floor and a robot.toml that drives to it; the configuration's path."""
     import numpy as np
 

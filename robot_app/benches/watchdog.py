@@ -38,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    with site(sensors=options.sensors) as bench:
+    with watched_robot(sensors=options.sensors) as bench:
         result = {loss: bench.measure(loss, options.runs) for loss in LOSSES}
     if options.json:
         print_json(result)
@@ -119,7 +119,7 @@ class WatchdogBench:
 
 
 @contextmanager
-def site(*, sensors: bool = False) -> Iterator[WatchdogBench]:
+def watched_robot(*, sensors: bool = False) -> Iterator[WatchdogBench]:
     """The robot's processes, started and heard."""
     environment = own_dds()
     with ExitStack() as opened:

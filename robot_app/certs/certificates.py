@@ -1,4 +1,4 @@
-"""A site's own certificate authority, and one certificate for each part of the site: robot, workstation, viewer."""
+"""A robot's own certificate authority, and a certificate for each machine: robot, workstation, viewer."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A site's folder: the authority, and for each machine what it needs and no more."""
+"""A network's folder: the authority, and for each machine what it needs and no more."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from pathlib import Path
 from typing import Any
 
 from robot_app.certs.certificates import Identity, issue, make_authority, write_new
-from robot_app.certs.zenoh import AGENT, CONSOLE, LOOPBACK, OPERATOR, ROBOT, VIEWER, VIEWERS, WORKSTATION, ZenohSite
+from robot_app.certs.zenoh import AGENT, CONSOLE, LOOPBACK, OPERATOR, ROBOT, VIEWER, VIEWERS, WORKSTATION, ZenohNetwork
 
 CLIENTS = (WORKSTATION, VIEWER, OPERATOR, AGENT)
 REMOTE = '\n[remote]\nserve = "robot"\n'
 NOTE = "// Made by openbelief certs. docs/security.md says what each part is for.\n"
 
 
-def make_site(
-    folder: Path, site: ZenohSite, names: Sequence[str], now_ns: int, days: int, console: Sequence[str] = ()
+def make_network(
+    folder: Path, network: ZenohNetwork, names: Sequence[str], now_ns: int, days: int, console: Sequence[str] = ()
 ) -> list[Path]:
-    """Everything of a new site, or nothing; FileExistsError where the folder is there. Returns the files.
+    """Everything of a new network, or nothing; FileExistsError where the folder is there. Returns the files.
 
     console: addresses and names at which browsers reach the operator's page; none: no certificate for it.
     """
@@ -30,7 +30,7 @@ def make_site(
     folder.parent.mkdir(parents=True, exist_ok=True)
     unfinished = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))  # 0700
     try:
-        _write_site(unfinished, site, names, now_ns, days, console)
+        _write_network(unfinished, network, names, now_ns, days, console)
         unfinished.rename(folder)
     except BaseException:
         shutil.rmtree(unfinished)
@@ -38,15 +38,15 @@ def make_site(
     return sorted(path for path in folder.rglob("*") if path.is_file())
 
 
-def _write_site(
-    folder: Path, site: ZenohSite, names: Sequence[str], now_ns: int, days: int, console: Sequence[str]
+def _write_network(
+    folder: Path, network: ZenohNetwork, names: Sequence[str], now_ns: int, days: int, console: Sequence[str]
 ) -> None:
     """Two authorities: a viewer's certificate is worth nothing at the operator's door."""
-    authority = make_authority(f"openbelief site {site.robot}", now_ns, days)
-    viewers = make_authority(f"openbelief viewers of {site.robot}", now_ns, days)
+    authority = make_authority(f"openbelief robot {network.robot}", now_ns, days)
+    viewers = make_authority(f"openbelief viewers of {network.robot}", now_ns, days)
     authority.write(folder, "ca")
     viewers.write(folder, "viewers-ca")
-    hosts = list(dict.fromkeys([site.robot, LOOPBACK, "localhost", *names]))
+    hosts = list(dict.fromkeys([network.robot, LOOPBACK, "localhost", *names]))
     for name, reached_at, server in ((ROBOT, hosts, True), *((name, [], False) for name in CLIENTS)):
         issuer = viewers if name == VIEWER else authority
         _write_machine(folder / name, issuer, issue(issuer, name, reached_at, now_ns, days, server=server))
@@ -56,14 +56,14 @@ def _write_site(
         reached_at = [*dict.fromkeys([*console, LOOPBACK, "localhost"])]
         _write_machine(folder / CONSOLE, authority, issue(authority, CONSOLE, reached_at, now_ns, days, server=True))
         _write(folder / CONSOLE / "robot.toml", _console_section(console))
-    configs = {"router.json5": site.router(), "bridge.json5": site.bridge(), "viewers.json5": site.viewers()}
+    configs = {"router.json5": network.router(), "bridge.json5": network.bridge(), "viewers.json5": network.viewers()}
     for name, config in configs.items():
         _write(folder / ROBOT / name, NOTE + json.dumps(config, indent=2) + "\n")
-    _write(folder / ROBOT / "robot.toml", _section(site.local_endpoint, site.namespace, None))
+    _write(folder / ROBOT / "robot.toml", _section(network.local_endpoint, network.namespace, None))
     for name in CLIENTS:
         _write(
             folder / name / "robot.toml",
-            _section(site.viewers_endpoint if name == VIEWER else site.endpoint, site.namespace, name)
+            _section(network.viewers_endpoint if name == VIEWER else network.endpoint, network.namespace, name)
             + (REMOTE if name in (OPERATOR, AGENT) else ""),
         )
 

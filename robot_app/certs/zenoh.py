@@ -1,4 +1,4 @@
-"""The Zenoh configurations of a site: who may connect, who may do what, how large, how soon a silent end is noticed.
+"""The Zenoh configurations of a network: who may connect, who may do what, how large, how soon a silent end is noticed.
 
 What is not allowed here is denied. Access goes by the certificate's common name; the robot's own processes connect over
 its loopback, unencrypted.
@@ -40,11 +40,11 @@ EVERYWHERE = [
     "@/*/@ros2_lv/**",
     "**/@adv/**",
     bridge_version_key(),
-]  # ** leaves out what begins with @: tokens, latched topics' pasts
+]
 
 
 @dataclass(frozen=True)
-class ZenohSite:
+class ZenohNetwork:
     """robot: the robot's address, and `port` on it. folder: where the robot's files lie on the robot."""
 
     robot: str

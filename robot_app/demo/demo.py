@@ -52,11 +52,11 @@ def run_demo(folder: Path, query: str, scene: str, seed: int, progress: Progress
     world = World.load(scene)
     files = Files(folder)
     files.claim()
-    config = _new_site(files, world, scene, seed, progress, tell)
+    config = _new_configuration(files, world, scene, seed, progress, tell)
     return ask_and_replay(config, files, query, tell)
 
 
-def demo_site(folder: Path, scene: str, seed: int, progress: Progress, tell: Callable[[str], None]) -> Config:
+def demo_configuration(folder: Path, scene: str, seed: int, progress: Progress, tell: Callable[[str], None]) -> Config:
     """The configuration of a simulated site with its memory; an earlier demo's of that scene is used as it is.
 
     Raises as `run_demo` does.
@@ -68,10 +68,10 @@ def demo_site(folder: Path, scene: str, seed: int, progress: Progress, tell: Cal
             tell(f"The memory of an earlier demo is used: {files.memory}.")
             return config
     files.claim()
-    return _new_site(files, world, scene, seed, progress, tell)
+    return _new_configuration(files, world, scene, seed, progress, tell)
 
 
-def _new_site(
+def _new_configuration(
     files: Files, world: World, scene: str, seed: int, progress: Progress, tell: Callable[[str], None]
 ) -> Config:
     config = Config(

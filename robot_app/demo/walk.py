@@ -22,17 +22,17 @@ def record_walk(config: Config, path: Path, on_frame: Callable[[int], None]) -> 
     """
     only_when_asked = config.model_copy(update={"sim": config.sim.model_copy(update={"camera_rate_hz": None})})
     with open_robot(only_when_asked) as robot:
-        simulation, site = robot.site.simulation, robot.site
+        simulation, wiring = robot.wiring.simulation, robot.wiring
         if simulation is None:
             raise ValueError("Only a simulated robot walks by itself.")
         with McapRecorder(path, robot.clock) as recorder, QueuedRecorder(recorder, robot.clock) as queue:
-            TopicTap(site.wires["sim"].link, queue).start()
+            TopicTap(wiring.wires["sim"].link, queue).start()
             frames = 0
             waypoints = simulation.world.walk
             for _ in keyframes(
                 simulation.robot, simulation.clock, waypoints, spacing_m=FRAME_EVERY_M, turn_deg=FRAME_EVERY_DEG
             ):
-                simulation.site.topics.look()
+                simulation.graph.topics.look()
                 queue.drain()
                 frames += 1
                 on_frame(frames)

@@ -14,7 +14,7 @@ from robot_app.doctor.finding import Examined, Finding, Level
 from robot_app.doctor.robot import MEND, ROBOT_CHECKS, port_topics
 from robot_app.doctor.sensors import LISTEN_S, counter, examine_local
 from robot_app.doctor.topic_probe import TopicProbe
-from robot_app.doctor.workstation import SITE_CHECKS
+from robot_app.doctor.workstation import WORKSTATION_CHECKS
 from robot_app.record.recording import ON_THE_WIRE
 
 NO_FILE = "name one with --config; openbelief demo writes demo-out/robot.toml, docs/robot.md has one for a robot"
@@ -28,16 +28,16 @@ def examine_file(path: Path, now_ns: int) -> Iterator[Finding]:
     except ConfigError as error:
         remedy = NO_FILE if not path.exists() else "mend that line; docs/robot.md has a whole file"
         yield Finding("config", Level.FAIL, str(error), remedy)
-        yield from examine_site(Config(), now_ns)
+        yield from examine_workstation(Config(), now_ns)
         return
     yield Finding("config", Level.OK, str(path))
-    yield from examine_site(config, now_ns)
+    yield from examine_workstation(config, now_ns)
     yield from examine_all_of_robot(config)
 
 
-def examine_site(config: Config, now_ns: int) -> Iterator[Finding]:
+def examine_workstation(config: Config, now_ns: int) -> Iterator[Finding]:
     """The checks that need no robot."""
-    for check in SITE_CHECKS:
+    for check in WORKSTATION_CHECKS:
         yield from check(config, now_ns)
 
 
@@ -62,13 +62,13 @@ def examine_robot(config: Config, robot: Robot) -> Iterator[Finding]:
     for port in ("camera", "lidar", "pose"):
         word = getattr(config.ports, port)
         if word in ON_THE_WIRE:
-            ears.hear(robot.site.wires[word], port_topics(port, config, robot))
+            ears.hear(robot.wiring.wires[word], port_topics(port, config, robot))
     for port, sensor in (("camera", robot.camera), ("lidar", robot.lidar)):
         if counted := counter(sensor):
             ears.count(port, counted)
     if "ros" in (config.ports.camera, config.ports.lidar):
-        ears.hear_diagnoses(robot.site.wires["ros"])
-    wire = robot.site.wires[config.ports.navigator]
+        ears.hear_diagnoses(robot.wiring.wires["ros"])
+    wire = robot.wiring.wires[config.ports.navigator]
     watchdog = WatchdogView(wire.link, wire.keys)
     watchdog.start()
     ears.listen(LISTEN_S)

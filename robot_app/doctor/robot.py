@@ -33,12 +33,12 @@ MEND = {  # by the sign of Nav2 that is missing
 
 def port_topics(port: str, config: Config, robot: Robot) -> tuple[Topic, ...]:
     """The topics behind a port, the one that paces it first."""
-    names = robot.site.wires[getattr(config.ports, port)].topics
+    names = robot.wiring.wires[getattr(config.ports, port)].topics
     return (*([color_topic(names.color)] if port == "camera" else []), *wire_topics(port, names))
 
 
 def check_link(patient: Examined) -> Iterator[Finding]:
-    for word, wire in patient.robot.site.wires.items():
+    for word, wire in patient.robot.wiring.wires.items():
         where = ", ".join(wire.link.config.endpoints)
         if not wire.link.alive:
             yield Finding(
@@ -64,7 +64,7 @@ def stays_here(endpoint: str) -> bool:
 
 def check_bridge(patient: Examined) -> Iterator[Finding]:
     """Its age: what an old one does wrong shows only as data that never comes."""
-    for wire in patient.robot.site.wires.values():
+    for wire in patient.robot.wiring.wires.values():
         try:
             versions = bridge_versions(wire.link)
         except PortError as error:

@@ -81,11 +81,13 @@ def check_certificates(config: Config, now_ns: int) -> Iterator[Finding]:
         try:
             end = x509.load_pem_x509_certificate(path.read_bytes()).not_valid_after_utc
         except (OSError, ValueError) as error:
-            yield Finding(f"certificate {path.name}", Level.FAIL, str(error), "make a site with openbelief certs")
+            yield Finding(
+                f"certificate {path.name}", Level.FAIL, str(error), "make its network's keys with openbelief certs"
+            )
             continue
         days = (end - datetime.fromtimestamp(now_ns // 10**9, UTC)).days
         level = Level.FAIL if days < 0 else Level.WARN if days < EXPIRY_WARN_DAYS else Level.OK
-        remedy = "" if level == Level.OK else "make a new site with openbelief certs, and copy it to every machine"
+        remedy = "" if level == Level.OK else "make new ones with openbelief certs, and copy them to every machine"
         yield Finding(f"certificate {path.name}", level, f"valid until {end:%Y-%m-%d}", remedy)
 
 
@@ -102,7 +104,7 @@ def check_voice(config: Config, _now_ns: int) -> Iterator[Finding]:
     yield Finding("voice", Level.OK, f"{recogniser.id} ({recogniser.language})")
 
 
-SITE_CHECKS: tuple[Callable[[Config, int], Iterator[Finding]], ...] = (
+WORKSTATION_CHECKS: tuple[Callable[[Config, int], Iterator[Finding]], ...] = (
     check_disk,
     check_memory,
     check_models,

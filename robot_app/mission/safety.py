@@ -39,7 +39,7 @@ class Watch:
 @contextmanager
 def watched(config: Config, robot: Robot, memory: ObjectMemory) -> Iterator[Watch]:
     """Beats as long as missions may run; the supervisor is asked by them, once what it judges by has arrived."""
-    wire = robot.site.wires[config.ports.navigator]
+    wire = robot.wiring.wires[config.ports.navigator]
     workstation = uuid.uuid4().hex
     watchdog = WatchdogView(wire.link, wire.keys, workstation=workstation)
     watchdog.start()

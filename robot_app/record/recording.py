@@ -86,8 +86,8 @@ def record(
         calibration = CalibrationSheet(recorder)
         queue = opened.enter_context(QueuedRecorder(recorder, robot.clock, watch=calibration.see))
         taps = start_taps(robot, job.config, queue)
-        if robot.site.simulation is not None:
-            robot.site.simulation.site.topics.start_imu()
+        if robot.wiring.simulation is not None:
+            robot.wiring.simulation.graph.topics.start_imu()
         gauge = RecordingMonitor(robot, queue, recorder, taps)
         _run(job, robot, queue, recorder, taps.ports, gauge, stop, show)
         queue.drain()
@@ -106,7 +106,7 @@ def _run(
     stop: threading.Event,
     show: Callable[[Callable[[], RecordingStatus]], None],
 ) -> None:
-    begin_ns, simulation = robot.clock.now_ns(), robot.site.simulation
+    begin_ns, simulation = robot.clock.now_ns(), robot.wiring.simulation
     walker = None
     if simulation is not None and not job.stand:
         walker = Walker(simulation.robot, simulation.clock, simulation.world.walk)
@@ -172,7 +172,7 @@ def start_taps(robot: Robot, config: Config, queue: QueuedRecorder) -> Taps:
     """Each port by its body: what is a topic is copied from the wire, everything else is asked through the port."""
     bodies = config.ports.model_dump()
     on_wire = {word: [port for port in PORTS if bodies[port] == word] for word in ON_THE_WIRE}
-    wires = [_tap_wire(robot.site.wires[word], ports, queue) for word, ports in on_wire.items() if ports]
+    wires = [_tap_wire(robot.wiring.wires[word], ports, queue) for word, ports in on_wire.items() if ports]
     tap = PortTap(queue)
     if bodies["camera"] not in ON_THE_WIRE:
         tap.add_camera(robot.camera, lasting=bodies["camera"] == "real")

@@ -21,9 +21,9 @@ def open_remote(config: Config, operator: SharedOperator, missions: Missions) ->
     if serve == "off":
         yield ()
     elif serve == "robot":
-        if "ros" not in missions.robot.site.wires:
+        if "ros" not in missions.robot.wiring.wires:
             raise PortError('[remote] serve = "robot" needs a robot: say "here" for a simulated one.')
-        with server.serving(missions.robot.site.wires["ros"].link, config.zenoh.namespace):
+        with server.serving(missions.robot.wiring.wires["ros"].link, config.zenoh.namespace):
             yield (server,)
     else:
         with (

@@ -1,4 +1,4 @@
-"""Make a site's keys: an authority, certificates for robot, workstation and viewer, and the configurations with them.
+"""Make the keys of a robot's network: an authority, certificates for its machines, and the configurations with them.
 
 Writes one folder for each machine: copy each to its machine, and no other. The authority's key (ca.key) makes further
 certificates: keep it off the robot and off the network. Nothing is ever overwritten: to begin anew, name a new folder.
@@ -16,7 +16,7 @@ from robot_app.cli import Failure, print_json
 
 NAMESPACE = re.compile(r"/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*|/?", re.ASCII)  # ROS 2's rule for names
 PLACE = re.compile(r"(/[\w.+@-]+)+/?", re.ASCII)
-EXAMPLE = "openbelief certs -o site-certs --robot 192.168.123.164"
+EXAMPLE = "openbelief certs -o g1-certs --robot 192.168.123.164"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -51,14 +51,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     from drivers.clock import SystemClock
-    from robot_app.certs.folder import make_site
-    from robot_app.certs.zenoh import ZenohSite
+    from robot_app.certs.folder import make_network
+    from robot_app.certs.zenoh import ZenohNetwork
 
     if not (1 <= options.days <= 3650 and 1 <= options.port <= 65534):
         raise Failure("--days must be 1 to 3650 and --port 1 to 65534")
-    site = ZenohSite(options.robot, options.port, options.namespace, options.installed.rstrip("/"))
+    network = ZenohNetwork(options.robot, options.port, options.namespace, options.installed.rstrip("/"))
     try:
-        written = make_site(options.output, site, options.name, SystemClock().now_ns(), options.days, options.console)
+        written = make_network(
+            options.output, network, options.name, SystemClock().now_ns(), options.days, options.console
+        )
     except FileExistsError as error:
         raise Failure(f"{options.output} exists: keys are never overwritten, name a new folder") from error
     except (OSError, ValueError) as error:

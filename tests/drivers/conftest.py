@@ -19,7 +19,7 @@ from drivers.ros.topics import RosCamera, RosLidar, RosMap, RosPoseSource
 from drivers.ros.zenoh_link import LinkConfig, ZenohLink
 from openbelief.pose import Pose2
 from openbelief.traversability import OccupancyGrid
-from sim_fakes.wire.ros_site import RosSite
+from sim_fakes.wire.ros_graph import RosGraph
 from sim_fakes.wire.silent_wire import SilentWire
 from sim_fakes.world.robot import SimRobot
 
@@ -53,7 +53,7 @@ class Rig:
     room: Room
     clock: SimClock
     robot: SimRobot
-    site: RosSite
+    graph: RosGraph
     link: ZenohLink
     camera: RosCamera
     lidar: RosLidar
@@ -62,7 +62,7 @@ class Rig:
     nav: Nav2Bridge
 
     def start(self) -> None:
-        self.site.start(self.link, ready=lambda: self.nav.unavailable() is None)
+        self.graph.start(self.link, ready=lambda: self.nav.unavailable() is None)
 
     def until_end(self, within_s: float = 60.0) -> NavigationResult:
         """Poll as a mission does; the end must come within that much simulated time."""
@@ -90,22 +90,22 @@ def make_rig() -> Iterator[Callable[..., Rig]]:
             through: Callable[[str], str] = lambda endpoint: endpoint,
             seed: int = 7,
             stop: Callable[[], str | None] = lambda: None,
-            **site_options: Any,
+            **graph_options: Any,
         ) -> Rig:
             clock, room = SimClock(START_NS), Room()
             robot = SimRobot(room, clock, Pose2(1.0, 1.0, 0.0))
-            site = opened.enter_context(
-                RosSite(
+            graph = opened.enter_context(
+                RosGraph(
                     clock,
                     robot,
                     room.occupancy_grid(),
                     PlainEyes(),
                     keys=keys,
                     distribution=distribution,
-                    **site_options,
+                    **graph_options,
                 )
             )
-            endpoint = through(site.link_config.endpoints[0])
+            endpoint = through(graph.link_config.endpoints[0])
             link = opened.enter_context(ZenohLink(LinkConfig((endpoint,), lease_s=1.0)))
             ports = RosCamera(link, clock, keys), RosLidar(link, clock, keys), RosPoseSource(link, clock, keys)
             grid, uuids = RosMap(link, keys), np.random.default_rng(seed)
@@ -122,7 +122,7 @@ def make_rig() -> Iterator[Callable[..., Rig]]:
             )
             for port in (*ports, grid, nav):
                 port.start()
-            return Rig(room, clock, robot, site, link, *ports, grid, nav)
+            return Rig(room, clock, robot, graph, link, *ports, grid, nav)
 
         yield make
 

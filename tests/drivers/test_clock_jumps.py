@@ -24,7 +24,7 @@ READ = (
 
 def set_clock(rig, by_s: float) -> None:
     """The robot's clock is off by so much from now on."""
-    rig.site.sensor_faults.spoiled |= {topic.name: shifted(topic, by_s) for topic in STAMPED}
+    rig.graph.sensor_faults.spoiled |= {topic.name: shifted(topic, by_s) for topic in STAMPED}
 
 
 @pytest.mark.parametrize("by_s", [HOUR_S, -HOUR_S, 3.0, -3.0])

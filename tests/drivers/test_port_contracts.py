@@ -51,7 +51,7 @@ def ros(name: str, topic: str = "") -> Callable[[pytest.FixtureRequest], Body]:
 
     def make(request: pytest.FixtureRequest) -> Body:
         rig = request.getfixturevalue("rig")
-        return Body(getattr(rig, name), rig.clock, lambda: rig.site.sensor_faults.muted.add(topic))
+        return Body(getattr(rig, name), rig.clock, lambda: rig.graph.sensor_faults.muted.add(topic))
 
     return make
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from robot_app.certs.zenoh import ZenohSite
+from robot_app.certs.zenoh import ZenohNetwork
 from robot_app.cli import VERBS
 from robot_app.config import load_config, mount
 
@@ -38,4 +38,4 @@ def test_every_page_it_links_to_is_there():
 
 
 def test_the_workstations_endpoint_is_the_one_that_certs_writes():
-    assert f'endpoint = "{ZenohSite("192.168.123.164").endpoint}"' in PAGE
+    assert f'endpoint = "{ZenohNetwork("192.168.123.164").endpoint}"' in PAGE

@@ -59,7 +59,7 @@ class Process:
 
 
 @dataclass
-class Site:
+class Peer:
     """A ROS 2 robot behind a router: `server` is the node with the actions, `bridge` what carries it over Zenoh."""
 
     endpoint: str
@@ -108,17 +108,17 @@ def ros_python() -> Path:
 
 
 @pytest.fixture(scope="session")
-def site(ros_python: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
+def peer(ros_python: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Peer]:
     """Server and bridge, up."""
     logs = tmp_path_factory.mktemp("ros_peer")
     with ExitStack() as opened:
-        made = Site(opened.enter_context(open_router()), logs, ros_environment(logs))
+        made = Peer(opened.enter_context(open_router()), logs, ros_environment(logs))
         opened.callback(lambda: [process.kill() for process in made.running.values()])
         made.start("server", "bridge")
         yield made
 
 
 @pytest.fixture
-def link(site: Site) -> Iterator[ZenohLink]:
-    with site.link() as opened:
+def link(peer: Peer) -> Iterator[ZenohLink]:
+    with peer.link() as opened:
         yield opened

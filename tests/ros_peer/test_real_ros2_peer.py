@@ -257,24 +257,24 @@ def assert_map_arrives(link, eventually):
     assert (arrived.resolution_m, *arrived.origin_xy) == (0.5, -1.0, -2.0)
 
 
-def test_who_joins_late_still_gets_the_map(site, talk, eventually):
-    with site.link() as late:
+def test_who_joins_late_still_gets_the_map(peer, talk, eventually):
+    with peer.link() as late:
         assert_map_arrives(late, eventually)
 
 
 # Processes that die
 
 
-def test_a_server_killed_in_the_middle_is_a_warning_and_its_goal_is_gone(site, link, eventually):
+def test_a_server_killed_in_the_middle_is_a_warning_and_its_goal_is_gone(peer, link, eventually):
     nav, talk = open_nav(link, eventually), Talk(link)
     nav.send(Pose2(100.0, 0.0, 0.0))
     goal, _ = talk.send(100)
     eventually(lambda: nav.feedback() is not None)
-    site.kill("server")
+    peer.kill("server")
     result = until_end(nav)
     assert result.status == NavigationStatus.STILL_MOVING and "use the remote" in result.reason
 
-    site.start("server")
+    peer.start("server")
     eventually(lambda: nav.unavailable() is None)
     eventually(lambda: talk.client.get_result(goal, 1.0).message is not None)
     assert talk.result(goal)[0] == UNKNOWN, "a restarted server knows no goal"
@@ -282,15 +282,15 @@ def test_a_server_killed_in_the_middle_is_a_warning_and_its_goal_is_gone(site, l
     assert until_end(nav).status == NavigationStatus.SUCCEEDED
 
 
-def test_a_bridge_that_joins_late_brings_the_map_and_the_goals_end(site, link, eventually):
+def test_a_bridge_that_joins_late_brings_the_map_and_the_goals_end(peer, link, eventually):
     nav = open_nav(link, eventually)
-    site.kill("bridge")
+    peer.kill("bridge")
     eventually(lambda: "bridge" in (nav.unavailable() or ""))
-    site.start("bridge")
+    peer.start("bridge")
     eventually(lambda: nav.unavailable() is None)
     nav.send(Pose2(3.0, 0.0, 0.0))
     assert until_end(nav).status == NavigationStatus.SUCCEEDED
-    with site.link() as late:
+    with peer.link() as late:
         assert_map_arrives(late, eventually)
 
 

@@ -155,7 +155,7 @@ def test_a_nav2_that_comes_back_as_another_distribution_is_still_understood(make
     made.start()
     made.nav.send(GOAL)
     made.until_end()
-    made.site.nav2.speak("jazzy")
+    made.graph.nav2.speak("jazzy")
     made.nav.send(Pose2(5.5, 3.5, 0.0))
     result = made.until_end()
     assert (result.status, result.code) == (NavigationStatus.ABORTED, 208)

@@ -42,14 +42,14 @@ def under_way(rig):
 
 
 def test_a_killed_bridge_is_named_and_the_operator_warned(under_way):
-    under_way.site.bridge.close()
+    under_way.graph.bridge.close()
     result = under_way.until_end(within_s=10.0)
     assert result.status == NavigationStatus.STILL_MOVING
     assert "bridge" in result.reason and USE_THE_REMOTE in result.reason
 
 
 def test_a_query_to_a_killed_bridge_ends_at_once(under_way, eventually):
-    under_way.site.bridge.close()
+    under_way.graph.bridge.close()
     with pytest.raises(LinkLost, match="planner does not answer: nobody answered"):  # not "in time": it did not wait
         under_way.nav.plan(GOAL)
     eventually(lambda: "zenoh-bridge-ros2dds" in (under_way.nav.unavailable() or ""))
@@ -86,20 +86,20 @@ def test_a_silent_link_never_hangs_a_plan_or_a_cancel(make_rig, silent_wire):
 
 
 def test_an_empty_reply_is_no_statement_on_the_path(rig):
-    rig.site.nav2_faults.empty["plan"] = ALWAYS
+    rig.graph.nav2_faults.empty["plan"] = ALWAYS
     with pytest.raises(LinkLost, match="nobody answered"):
         rig.nav.plan(GOAL)
 
 
 @pytest.mark.parametrize("fault", ["lost", "empty", "garbage"])
 def test_a_plan_whose_answer_was_lost_once_is_asked_for_again(rig, fault):
-    getattr(rig.site.nav2_faults, fault)["plan"] = 1
+    getattr(rig.graph.nav2_faults, fault)["plan"] = 1
     assert rig.nav.plan(GOAL).length_m > 1.0
 
 
 @pytest.mark.parametrize("fault", ["lost", "empty", "garbage"])
 def test_a_success_whose_result_never_arrives_is_not_believed(rig, fault):
-    getattr(rig.site.nav2_faults, fault)["get_result"] = ALWAYS
+    getattr(rig.graph.nav2_faults, fault)["get_result"] = ALWAYS
     rig.nav.send(GOAL)
     result = rig.until_end()
     assert result.status == NavigationStatus.LOST
@@ -107,9 +107,9 @@ def test_a_success_whose_result_never_arrives_is_not_believed(rig, fault):
 
 
 def test_an_abort_whose_result_never_arrives_is_concluded_from_status_and_cancel(rig):
-    rig.site.nav2_faults.lost["get_result"] = ALWAYS
+    rig.graph.nav2_faults.lost["get_result"] = ALWAYS
     rig.nav.send(GOAL)
-    rig.site.nav2_faults.abort = (105, "no progress")
+    rig.graph.nav2_faults.abort = (105, "no progress")
     result = rig.until_end()
     assert result.status == NavigationStatus.ABORTED and "result message was lost" in result.reason
 
@@ -118,10 +118,10 @@ def test_an_abort_whose_result_never_arrives_is_concluded_from_status_and_cancel
 def test_a_status_on_the_wire_ends_no_goal_that_drives(under_way, status):
     """Anybody can put a status; the server that still drives is asked, and the goal cancelled there."""
     rig, uuid = under_way, under_way.nav._goal.uuid
-    accepted_ns = rig.site.nav2._goals[uuid].stamp_ns
+    accepted_ns = rig.graph.nav2._goals[uuid].stamp_ns
     forged = Nav2Messages(codec()).statuses([ServedGoal(uuid, None, accepted_ns, status=status)])
-    rig.site.bridge.put(rig.site.bridge.keys.action(NAVIGATE_TO_POSE, "status"), codec().encode(forged), latched=True)
-    rig.site.bridge.flush()
+    rig.graph.bridge.put(rig.graph.bridge.keys.action(NAVIGATE_TO_POSE, "status"), codec().encode(forged), latched=True)
+    rig.graph.bridge.flush()
     result = rig.until_end()
     assert result.status == NavigationStatus.LOST
     assert f"status says {SAID[status]}" in result.reason and "under way all the same" in result.reason
@@ -141,7 +141,7 @@ def test_a_halt_stops_a_goal_that_was_believed_to_have_ended(under_way):
 
 def test_a_halt_stops_goals_of_others_and_is_taken_where_nothing_runs(rig):
     assert rig.nav.halt(because="stop").status == NavigationStatus.CANCELED
-    rig.site.nav2.drive(GOAL)
+    rig.graph.nav2.drive(GOAL)
     rig.clock.sleep(1.0)
     assert rig.robot.moving
     assert rig.nav.halt(because="stop").status == NavigationStatus.CANCELED
@@ -150,17 +150,17 @@ def test_a_halt_stops_goals_of_others_and_is_taken_where_nothing_runs(rig):
 
 @pytest.mark.parametrize("fault", ["lost", "empty", "garbage"])
 def test_a_halt_that_is_not_answered_warns_and_one_that_is_lost_once_is_made_good(under_way, fault):
-    getattr(under_way.site.nav2_faults, fault)["cancel_goal"] = ALWAYS
+    getattr(under_way.graph.nav2_faults, fault)["cancel_goal"] = ALWAYS
     result = under_way.nav.halt(because="stop")
     assert result.status == NavigationStatus.STILL_MOVING and USE_THE_REMOTE in result.reason
-    getattr(under_way.site.nav2_faults, fault)["cancel_goal"] = 1
+    getattr(under_way.graph.nav2_faults, fault)["cancel_goal"] = 1
     assert under_way.nav.halt(because="stop").status == NavigationStatus.CANCELED
     assert not under_way.robot.moving
 
 
 @pytest.mark.parametrize("code", [0, 1])
 def test_a_halt_that_is_refused_warns(under_way, code):
-    under_way.site.nav2_faults.cancel_code = code
+    under_way.graph.nav2_faults.cancel_code = code
     result = under_way.nav.halt(because="stop")
     assert result.status == NavigationStatus.STILL_MOVING and USE_THE_REMOTE in result.reason
 
@@ -190,7 +190,7 @@ def test_a_goal_that_two_servers_took_is_cancelled_at_both(rig, second, eventual
     result = rig.nav.send(GOAL)
     assert result.status == NavigationStatus.LOST and "2 Nav2 servers" in result.reason
     rig.clock.sleep(0.5)
-    assert rig.site.nav2.accepted == second.server.accepted == 1
+    assert rig.graph.nav2.accepted == second.server.accepted == 1
     assert not rig.robot.moving and not second.robot.moving
 
 
@@ -204,8 +204,8 @@ def test_a_second_server_that_comes_under_way_ends_the_drive(under_way, second, 
 def test_two_servers_behind_one_bridge_are_told_by_the_two_moments_of_their_acceptance(under_way):
     rig, uuid = under_way, under_way.nav._goal.uuid
     other = Nav2Messages(codec()).statuses([ServedGoal(uuid, None, 12_000_000_034, status=EXECUTING)])
-    rig.site.bridge.put(rig.site.bridge.keys.action(NAVIGATE_TO_POSE, "status"), codec().encode(other), latched=True)
-    rig.site.bridge.flush()
+    rig.graph.bridge.put(rig.graph.bridge.keys.action(NAVIGATE_TO_POSE, "status"), codec().encode(other), latched=True)
+    rig.graph.bridge.flush()
     result = rig.until_end()
     assert result.status == NavigationStatus.LOST and "2 Nav2 servers" in result.reason
     assert not rig.robot.moving
@@ -223,21 +223,21 @@ def test_a_server_that_refuses_the_cancel_is_not_outvoted_by_one_that_takes_it(r
 
 @pytest.mark.parametrize("fault", ["lost", "empty", "garbage"])
 def test_a_goal_whose_acceptance_was_lost_runs_once(rig, fault):
-    getattr(rig.site.nav2_faults, fault)["send_goal"] = 1
+    getattr(rig.graph.nav2_faults, fault)["send_goal"] = 1
     assert rig.nav.send(GOAL) is None
     assert rig.until_end().status == NavigationStatus.SUCCEEDED
-    assert rig.site.nav2.accepted == 1
+    assert rig.graph.nav2.accepted == 1
 
 
 def test_a_rejection_that_was_lost_is_still_a_rejection(rig):
-    rig.site.nav2_faults.reject = True
-    rig.site.nav2_faults.lost["send_goal"] = 1
+    rig.graph.nav2_faults.reject = True
+    rig.graph.nav2_faults.lost["send_goal"] = 1
     assert rig.nav.send(GOAL).status == NavigationStatus.REJECTED
 
 
 @pytest.mark.parametrize("fault", ["lost", "empty", "garbage"])
 def test_a_goal_that_is_never_acknowledged_is_cancelled(rig, fault):
-    getattr(rig.site.nav2_faults, fault)["send_goal"] = ALWAYS
+    getattr(rig.graph.nav2_faults, fault)["send_goal"] = ALWAYS
     result = rig.nav.send(GOAL)
     assert result.status == NavigationStatus.LOST
     assert "did not say whether it took the goal" in result.reason and "cancelled" in result.reason
@@ -246,7 +246,7 @@ def test_a_goal_that_is_never_acknowledged_is_cancelled(rig, fault):
 
 
 def test_a_rejected_goal_is_named(rig):
-    rig.site.nav2_faults.reject = True
+    rig.graph.nav2_faults.reject = True
     assert rig.nav.send(GOAL).status == NavigationStatus.REJECTED
     assert not rig.robot.moving
 
@@ -258,12 +258,12 @@ def test_a_long_goal_outlives_many_expired_result_questions(make_rig, eventually
     rig = make_rig(limits=Nav2Limits(result_wait_s=0.05))
     rig.start()
     rig.nav.send(GOAL)
-    eventually(lambda: rig.nav.result() is None and rig.site.nav2.asked["get_result"] > 3)  # each expired before
+    eventually(lambda: rig.nav.result() is None and rig.graph.nav2.asked["get_result"] > 3)  # each expired before
     assert rig.until_end().status == NavigationStatus.SUCCEEDED
 
 
 def test_a_goal_that_falls_silent_is_cancelled_and_lost(under_way):
-    under_way.site.nav2_faults.silent = under_way.site.nav2_faults.stuck = True
+    under_way.graph.nav2_faults.silent = under_way.graph.nav2_faults.stuck = True
     result = under_way.until_end(within_s=10.0)
     assert result.status == NavigationStatus.LOST
     assert "silent" in result.reason and not under_way.robot.moving
@@ -316,28 +316,28 @@ def test_after_a_reconnection_the_goals_end_is_still_learned(make_rig, silent_wi
 
 
 def test_a_preempted_goal_is_named(under_way):
-    under_way.site.nav2.preempt()
+    under_way.graph.nav2.preempt()
     result = under_way.until_end()
     assert result.status == NavigationStatus.PREEMPTED
     assert "somebody else" in result.reason
 
 
 def test_an_abort_without_a_code_is_not_called_preempted(under_way):
-    under_way.site.nav2_faults.abort = (0, "")
+    under_way.graph.nav2_faults.abort = (0, "")
     result = under_way.until_end()
     assert (result.status, result.code) == (NavigationStatus.ABORTED, 0)
 
 
 @pytest.mark.parametrize(("code", "words"), [(105, "no progress"), (9003, "too long"), (4711, "error 4711")])
 def test_an_abort_carries_its_code_and_words(under_way, code, words):
-    under_way.site.nav2_faults.abort = (code, "as the server put it")
+    under_way.graph.nav2_faults.abort = (code, "as the server put it")
     result = under_way.until_end()
     assert (result.status, result.code) == (NavigationStatus.ABORTED, code)
     assert words in result.reason and "as the server put it" in result.reason
 
 
 def test_a_goal_that_nav2_forgot_is_lost(under_way):
-    under_way.site.nav2.restart()
+    under_way.graph.nav2.restart()
     result = under_way.until_end()
     assert result.status == NavigationStatus.LOST
     assert "restarted" in result.reason
@@ -357,20 +357,20 @@ def test_a_goal_cancelled_by_somebody_else_is_named(under_way):
 def test_topics_without_actions_point_to_the_middleware(make_rig):
     rig = make_rig()
     rig.start()
-    rig.site.bridge.withdraw(NAVIGATE_TO_POSE)
+    rig.graph.bridge.withdraw(NAVIGATE_TO_POSE)
     rig.clock.sleep(0.2)
     sentence = rig.nav.unavailable()
     assert "rmw_cyclonedds_cpp" in sentence and "Fast-DDS" in sentence
 
 
 def test_an_inactive_nav2_is_unavailable(rig):
-    rig.site.nav2_faults.inactive = True
+    rig.graph.nav2_faults.inactive = True
     assert "not active" in rig.nav.unavailable()
 
 
 @pytest.mark.parametrize("fault", ["lost", "empty", "garbage"])
 def test_a_lifecycle_manager_that_does_not_answer_is_unavailable(rig, fault):
-    getattr(rig.site.nav2_faults, fault)["is_active"] = ALWAYS
+    getattr(rig.graph.nav2_faults, fault)["is_active"] = ALWAYS
     assert "does not say whether Nav2 is active" in rig.nav.unavailable()
 
 
@@ -385,7 +385,7 @@ def test_a_missing_tf_static_is_a_refusal_not_a_guess(make_rig):
 
 
 def test_a_pose_that_grows_old_makes_nav2_unavailable(rig):
-    rig.site.sensor_faults.muted.add(TF.name)
+    rig.graph.sensor_faults.muted.add(TF.name)
     rig.clock.sleep(1.0)
     assert "does not know where it is" in rig.nav.unavailable()
 
@@ -394,7 +394,7 @@ def test_a_pose_that_grows_old_makes_nav2_unavailable(rig):
 
 
 def test_an_oversize_message_is_dropped_and_counted(rig):
-    rig.site.sensor_faults.spoiled[LIDAR.name] = oversize
+    rig.graph.sensor_faults.spoiled[LIDAR.name] = oversize
     rig.clock.sleep(2.0)
     with pytest.raises(StaleData, match=r"dropped.*more than"):
         rig.lidar.latest(1.0)
@@ -404,7 +404,7 @@ def test_an_oversize_message_is_dropped_and_counted(rig):
 
 
 def test_a_stamp_from_the_future_names_the_clocks(rig):
-    rig.site.sensor_faults.frozen_ns = rig.clock.now_ns() + 3_600_000_000_000
+    rig.graph.sensor_faults.frozen_ns = rig.clock.now_ns() + 3_600_000_000_000
     rig.clock.sleep(1.0)
     with pytest.raises(StaleData, match="synchronise the clocks"):
         rig.lidar.latest(1.0)
@@ -449,14 +449,14 @@ def test_two_routers_get_two_ports():
 @pytest.mark.parametrize("code", [0, 1])
 def test_a_refused_cancel_ends_in_a_warning(under_way, code):
     """rclcpp's servers refuse with code 1, rclpy's with code 0 and no goal in the answer."""
-    under_way.site.nav2_faults.cancel_code = code
+    under_way.graph.nav2_faults.cancel_code = code
     result = under_way.nav.cancel(because="stop")
     assert result.status == NavigationStatus.STILL_MOVING and USE_THE_REMOTE in result.reason
 
 
 def test_a_cancel_of_a_forgotten_goal_cancels_everything(under_way):
-    under_way.site.nav2_faults.silent = True
-    under_way.site.nav2.restart()
+    under_way.graph.nav2_faults.silent = True
+    under_way.graph.nav2.restart()
     result = under_way.nav.cancel(because="stop")
     assert result.status == NavigationStatus.LOST and "all goals were cancelled" in result.reason
 
@@ -470,22 +470,22 @@ def test_a_cancel_that_comes_too_late_tells_how_the_goal_ended(rig):
 
 @pytest.mark.parametrize("fault", ["lost", "empty", "garbage"])
 def test_a_cancel_that_is_not_answered_tries_all_goals_then_warns(under_way, fault):
-    getattr(under_way.site.nav2_faults, fault)["cancel_goal"] = ALWAYS
+    getattr(under_way.graph.nav2_faults, fault)["cancel_goal"] = ALWAYS
     result = under_way.nav.cancel(because="stop")
-    assert under_way.site.nav2.asked["cancel_goal"] == 2  # the goal, then all goals
+    assert under_way.graph.nav2.asked["cancel_goal"] == 2  # the goal, then all goals
     assert result.status == NavigationStatus.STILL_MOVING and USE_THE_REMOTE in result.reason
 
 
 def test_a_cancel_lost_once_is_made_good_by_cancelling_all(under_way):
-    under_way.site.nav2_faults.cancel_code = None
-    under_way.site.nav2_faults.lost = Counter(cancel_goal=1)
+    under_way.graph.nav2_faults.cancel_code = None
+    under_way.graph.nav2_faults.lost = Counter(cancel_goal=1)
     result = under_way.nav.cancel(because="stop")
     assert result.status == NavigationStatus.CANCELED
     assert not under_way.robot.moving
 
 
 def test_a_cancel_slower_than_its_time_is_a_warning(under_way):
-    under_way.site.nav2_faults.slow_s = 1.5
+    under_way.graph.nav2_faults.slow_s = 1.5
     assert under_way.nav.cancel(because="stop").status == NavigationStatus.STILL_MOVING
 
 
@@ -495,7 +495,7 @@ def test_the_cancel_budget_of_the_port_is_one_second():
 
 
 def test_a_slow_nav2_is_waited_for(rig):
-    rig.site.nav2_faults.slow_s = 0.1
+    rig.graph.nav2_faults.slow_s = 0.1
     assert rig.nav.send(GOAL) is None
     assert rig.until_end().status == NavigationStatus.SUCCEEDED
 
@@ -504,16 +504,16 @@ def test_a_stop_is_heeded_while_nav2s_answer_to_the_goal_is_awaited(make_rig):
     said = []
     rig = make_rig(stop=lambda: said[0] if said else None)
     rig.start()
-    rig.site.nav2_faults.lost["send_goal"] = 1  # it drives, and its answer is lost
+    rig.graph.nav2_faults.lost["send_goal"] = 1  # it drives, and its answer is lost
     said.append("the operator said stop")
     end = rig.nav.send(GOAL)
     assert end.status == NavigationStatus.CANCELED and "the operator said stop" in end.reason
-    assert rig.site.nav2.asked["send_goal"] == 1  # sent again it might have begun anew
+    assert rig.graph.nav2.asked["send_goal"] == 1  # sent again it might have begun anew
     assert not rig.robot.moving and rig.nav.result() == end
 
 
 def test_a_stop_from_another_thread_while_a_goal_is_being_sent_stops_it(rig, eventually):
-    rig.site.nav2_faults.slow_s = 0.2
+    rig.graph.nav2_faults.slow_s = 0.2
     sent = []
     sender = threading.Thread(target=lambda: sent.append(rig.nav.send(GOAL)))
     sender.start()
@@ -528,9 +528,9 @@ def test_a_stop_from_another_thread_while_a_goal_is_being_sent_stops_it(rig, eve
 
 
 def test_garbage_feedback_and_status_are_ignored(under_way):
-    keys = under_way.site.bridge.keys
+    keys = under_way.graph.bridge.keys
     for part in ("feedback", "status"):
-        under_way.site.bridge.put(keys.action(NAVIGATE_TO_POSE, part), b"\xff\xff nonsense", latched=part == "status")
+        under_way.graph.bridge.put(keys.action(NAVIGATE_TO_POSE, part), b"\xff\xff nonsense", latched=part == "status")
     assert under_way.until_end().status == NavigationStatus.SUCCEEDED
 
 

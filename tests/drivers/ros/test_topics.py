@@ -29,7 +29,7 @@ def test_everything_arrives_and_is_fresh(rig):
 
 @pytest.mark.parametrize("name", sorted(STREAMS))
 def test_a_stream_that_ends_grows_stale(rig, name):
-    rig.site.sensor_faults.muted |= STREAMS
+    rig.graph.sensor_faults.muted |= STREAMS
     rig.clock.sleep(2.0)
     with pytest.raises(StaleData, match="old, more than 1 s"):
         READ[name](rig)
@@ -37,7 +37,7 @@ def test_a_stream_that_ends_grows_stale(rig, name):
 
 @pytest.mark.parametrize("name", sorted(STREAMS))
 def test_stamps_that_stand_still_are_stale_though_messages_come(rig, name):
-    rig.site.sensor_faults.frozen_ns = rig.clock.now_ns()
+    rig.graph.sensor_faults.frozen_ns = rig.clock.now_ns()
     rig.clock.sleep(2.0)
     with pytest.raises(StaleData, match="old, more than 1 s"):
         READ[name](rig)
@@ -46,7 +46,7 @@ def test_stamps_that_stand_still_are_stale_though_messages_come(rig, name):
 @pytest.mark.parametrize("spoil", [garbage, truncated, oversize])
 @pytest.mark.parametrize("name", sorted(STREAMS))
 def test_payloads_that_cannot_be_used_are_counted_and_logged_never_used(rig, name, spoil, caplog):
-    rig.site.sensor_faults.spoiled[name] = spoil
+    rig.graph.sensor_faults.spoiled[name] = spoil
     with caplog.at_level(logging.WARNING, logger="drivers.ros.subscription"):
         rig.clock.sleep(2.0)
     with pytest.raises(StaleData, match="dropped, the last because"):
@@ -55,7 +55,7 @@ def test_payloads_that_cannot_be_used_are_counted_and_logged_never_used(rig, nam
 
 
 def test_a_transform_that_is_not_finite_is_named_and_no_pose_is_made_of_it(rig):
-    rig.site.sensor_faults.spoiled[TF.name] = not_finite
+    rig.graph.sensor_faults.spoiled[TF.name] = not_finite
     rig.clock.sleep(1.0)
     with pytest.raises(StaleData, match="not rigid"):
         rig.poses.robot_pose(0.5)
@@ -63,13 +63,13 @@ def test_a_transform_that_is_not_finite_is_named_and_no_pose_is_made_of_it(rig):
 
 def test_one_transform_that_is_not_finite_costs_itself_and_not_the_message(rig):
     """A wheel without an encoder sends NaN beside the robot's pose."""
-    rig.site.sensor_faults.muted |= {TF.name}
+    rig.graph.sensor_faults.muted |= {TF.name}
     now, T = rig.clock.now_ns(), transform([1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0])
     wheel = T.copy()
     wheel[0, 3] = np.nan
     edges = [("map", "odom", np.eye(4)), ("odom", "base_link", T), ("base_link", "left_wheel_link", wheel)]
-    rig.site.bridge.publish(TF, encode(transforms_message(now, edges)))
-    rig.site.bridge.flush()
+    rig.graph.bridge.publish(TF, encode(transforms_message(now, edges)))
+    rig.graph.bridge.flush()
     assert rig.poses.robot_pose(0.5).x == pytest.approx(1.0)
     with pytest.raises(PoseUnavailable, match="left_wheel_link at the stamp is not rigid"):
         rig.poses.transform_at(now, "left_wheel_link")
@@ -79,9 +79,9 @@ def test_one_transform_that_is_not_finite_costs_itself_and_not_the_message(rig):
 
 
 def test_a_calibration_of_another_stamp_or_none_serves_every_image(rig):
-    rig.site.sensor_faults.muted |= {COLOR.name, DEPTH.name, CAMERA_INFO.name}
+    rig.graph.sensor_faults.muted |= {COLOR.name, DEPTH.name, CAMERA_INFO.name}
     now, blank, deep = rig.clock.now_ns(), np.zeros((480, 640, 3), np.uint8), np.ones((480, 640))
-    bridge = rig.site.bridge
+    bridge = rig.graph.bridge
     bridge.publish(CAMERA_INFO, encode(camera_info_message(0, "camera", rig.robot.intrinsics)))
     bridge.publish(COLOR, encode(color_message(now, "camera", blank)))
     bridge.publish(DEPTH, encode(depth_message(now, "camera", deep)))
@@ -92,7 +92,7 @@ def test_a_calibration_of_another_stamp_or_none_serves_every_image(rig):
 def test_a_camera_whose_depth_comes_with_other_stamps_is_told_what_to_set(make_rig):
     rig = make_rig(sensor_faults=SensorFaults(muted={COLOR.name, DEPTH.name}))
     rig.start()
-    now, bridge = rig.clock.now_ns(), rig.site.bridge
+    now, bridge = rig.clock.now_ns(), rig.graph.bridge
     bridge.publish(COLOR, encode(color_message(now, "camera", np.zeros((480, 640, 3), np.uint8))))
     bridge.publish(DEPTH, encode(depth_message(now + 16_000_000, "camera", np.ones((480, 640)))))
     bridge.flush()
@@ -117,15 +117,15 @@ def test_a_livox_custom_msg_on_the_lidars_topic_is_explained(make_rig):
     points = [make("livox_ros_driver2/msg/CustomPoint", offset_time=i, x=1.0) for i in range(3)]
     custom = make(CUSTOM_MSG, header=header(rig.clock.now_ns(), "livox_frame"), point_num=3, points=points)
     custom.rsvd = np.zeros(3, np.uint8)
-    rig.site.bridge.publish(LIDAR, encode(custom))
-    rig.site.bridge.flush()
+    rig.graph.bridge.publish(LIDAR, encode(custom))
+    rig.graph.bridge.flush()
     with pytest.raises(StaleData, match=r"CustomMsg.*xfer_format to 0"):
         rig.lidar.latest(60.0)
 
 
 def test_a_map_that_cannot_be_used_leaves_no_map(make_rig):
     rig = make_rig(sensor_faults=SensorFaults(spoiled={MAP.name: truncated}))
-    rig.site.start(rig.link)
+    rig.graph.start(rig.link)
     with pytest.raises(StaleData, match="No map has arrived"):
         rig.map.latest()
 
@@ -161,10 +161,10 @@ def test_before_the_first_message_each_port_says_what_is_missing(make_rig):
 
 def test_only_parts_of_one_stamp_make_an_image(rig):
     """Depth comes late by one image: no frame mixes two moments."""
-    rig.site.sensor_faults.muted |= {COLOR.name, DEPTH.name, CAMERA_INFO.name}
+    rig.graph.sensor_faults.muted |= {COLOR.name, DEPTH.name, CAMERA_INFO.name}
     before, now = rig.camera.latest(60.0).stamp_ns, rig.clock.now_ns()
     blank, deep, intrinsics = np.zeros((480, 640, 3), np.uint8), np.ones((480, 640)), rig.robot.intrinsics
-    bridge = rig.site.bridge
+    bridge = rig.graph.bridge
     bridge.publish(COLOR, encode(color_message(now, "camera", blank)))
     bridge.publish(CAMERA_INFO, encode(camera_info_message(now, "camera", intrinsics)))
     bridge.publish(DEPTH, encode(depth_message(now - 1, "camera", deep)))
@@ -176,8 +176,8 @@ def test_only_parts_of_one_stamp_make_an_image(rig):
 
 
 def test_an_image_that_does_not_decode_is_named_and_not_used(rig):
-    rig.site.sensor_faults.muted |= {COLOR.name, DEPTH.name, CAMERA_INFO.name}
-    now, intrinsics, bridge = rig.clock.now_ns(), rig.robot.intrinsics, rig.site.bridge
+    rig.graph.sensor_faults.muted |= {COLOR.name, DEPTH.name, CAMERA_INFO.name}
+    now, intrinsics, bridge = rig.clock.now_ns(), rig.robot.intrinsics, rig.graph.bridge
     color = color_message(now, "camera", np.zeros((480, 640, 3), np.uint8))
     color.encoding = "32SC3"
     bridge.publish(COLOR, encode(color))
@@ -232,13 +232,13 @@ def test_a_compressed_colour_topic_makes_frames_too(rig):
 
     camera = RosCamera(rig.link, rig.clock, color=COLOR_JPEG)
     camera.start()
-    now, bridge, red = rig.clock.now_ns(), rig.site.bridge, np.zeros((480, 640, 3), np.uint8)
+    now, bridge, red = rig.clock.now_ns(), rig.graph.bridge, np.zeros((480, 640, 3), np.uint8)
     red[..., 0] = 200
     with pytest.raises(StaleData):
         camera.latest(1.0)
     for _ in range(100):  # until the new subscription is known at the other end
         bridge.publish(COLOR_JPEG, encode(jpeg_message(now, "camera", red)))
-        rig.site.topics.look()
+        rig.graph.topics.look()
         try:
             frame = camera.latest(1.0)
         except StaleData:

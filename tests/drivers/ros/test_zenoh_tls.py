@@ -1,4 +1,4 @@
-"""Mutual TLS through the link's own configuration: who has no certificate of the site is not let in."""
+"""Mutual TLS through the link's own configuration: who has no certificate of the authority is not let in."""
 
 from __future__ import annotations
 
@@ -57,19 +57,19 @@ class Authority:
 
 
 @pytest.fixture
-def site(tmp_path):
-    return Authority(tmp_path, "site")
+def authority(tmp_path):
+    return Authority(tmp_path, "network")
 
 
 @pytest.fixture
-def endpoint(site):
-    """A bridge that asks every client for a certificate of the site."""
+def endpoint(authority):
+    """A bridge that asks every client for a certificate of the authority."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         endpoint = f"tls/127.0.0.1:{probe.getsockname()[1]}"
-    certificate, key = site.issue("robot")
+    certificate, key = authority.issue("robot")
     tls = {
-        "root_ca_certificate": site.root,
+        "root_ca_certificate": authority.root,
         "listen_certificate": certificate,
         "listen_private_key": key,
         "enable_mtls": True,
@@ -89,17 +89,17 @@ def client(authority, trusted):
     }
 
 
-def test_a_certificate_of_the_site_is_let_in(endpoint, site):
-    with ZenohLink(LinkConfig((endpoint,), tls=client(site, site))) as link:
+def test_a_certificate_of_the_network_is_let_in(endpoint, authority):
+    with ZenohLink(LinkConfig((endpoint,), tls=client(authority, authority))) as link:
         assert link.alive
 
 
-def test_a_certificate_of_another_authority_is_refused(endpoint, site, tmp_path):
+def test_a_certificate_of_another_authority_is_refused(endpoint, authority, tmp_path):
     stranger = Authority(tmp_path, "stranger")
-    with pytest.raises(LinkLost), ZenohLink(LinkConfig((endpoint,), tls=client(stranger, site))):
+    with pytest.raises(LinkLost), ZenohLink(LinkConfig((endpoint,), tls=client(stranger, authority))):
         pass
 
 
-def test_no_certificate_is_refused(endpoint, site):
-    with pytest.raises(LinkLost), ZenohLink(LinkConfig((endpoint,), tls={"root_ca_certificate": site.root})):
+def test_no_certificate_is_refused(endpoint, authority):
+    with pytest.raises(LinkLost), ZenohLink(LinkConfig((endpoint,), tls={"root_ca_certificate": authority.root})):
         pass

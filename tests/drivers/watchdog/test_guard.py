@@ -82,14 +82,14 @@ def test_a_goal_that_somebody_sends_though_latched_is_cancelled(rig, deadman, ev
 
 
 def test_a_reset_is_refused_while_nav2_has_not_acknowledged(rig, deadman, eventually):
-    rig.site.nav2_faults.cancel_code = 1  # rejected
+    rig.graph.nav2_faults.cancel_code = 1  # rejected
     with Heartbeat(rig.link) as heartbeat:
         eventually(lambda: deadman.step() is WatchdogState.ARMED)
         heartbeat.abandon()
         deadman.step(1.0)
         reply = deadman.view.reset()
         assert not reply.ok and "remote" in reply.reason
-        rig.site.nav2_faults.cancel_code = None
+        rig.graph.nav2_faults.cancel_code = None
         eventually(lambda: bool(deadman.step(0.3)) and deadman.view.reset().ok)
 
 
@@ -104,7 +104,7 @@ def test_a_garbage_answer_to_a_reset_is_one_sentence_and_no_reset(rig, eventuall
         said.append(str(refused.value))
         return "does not answer" not in said[-1]
 
-    with ZenohLink(rig.site.link_config) as stranger:
+    with ZenohLink(rig.graph.link_config) as stranger:
         stranger.answer(WatchdogKeys(BridgeKeys()).reset, lambda _: answer)
         eventually(answered)
     assert "may still be latched" in said[-1] and "\n" not in said[-1]
@@ -129,11 +129,11 @@ def test_a_late_answer_to_an_earlier_trip_acknowledges_nothing(rig, deadman, eve
     with Heartbeat(rig.link) as heartbeat:
         eventually(lambda: deadman.step() is WatchdogState.ARMED)
         heartbeat.abandon()
-        rig.site.nav2_faults.slow_s = 0.5  # the answer to the first trip's second cancel comes after the reset
+        rig.graph.nav2_faults.slow_s = 0.5  # the answer to the first trip's second cancel comes after the reset
         deadman.step(1.0)
         deadman.step(0.3)
         eventually(lambda: deadman.guard.status.acknowledged and deadman.view.reset().ok)
-        rig.site.nav2_faults.cancel_code = 1  # from now on cancels are refused
+        rig.graph.nav2_faults.cancel_code = 1  # from now on cancels are refused
         heartbeat.resume()
         eventually(lambda: deadman.step() is WatchdogState.ARMED)
         heartbeat.abandon()

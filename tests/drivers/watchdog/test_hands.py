@@ -102,7 +102,7 @@ def test_a_bridge_that_ends_under_way_is_a_reason_to_stop_and_the_cancel_needs_n
             return guard.status.state
 
         eventually(lambda: step() is WatchdogState.ARMED and hand.driving)
-        rig.site.bridge.close()  # the workstation still beats: the router is another process
+        rig.graph.bridge.close()  # the workstation still beats: the router is another process
         eventually(lambda: step() is WatchdogState.LATCHED)
         assert guard.status.reason == BRIDGE_GONE
         eventually(lambda: bool(step()) and guard.status.acknowledged)

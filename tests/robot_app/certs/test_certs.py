@@ -1,4 +1,4 @@
-"""A site's keys, over real sessions: who is no part of it gets nothing, and who may only look moves nothing."""
+"""A robot's keys, over real sessions: who is no part of it gets nothing, and who may only look moves nothing."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ from drivers.watchdog.wire import WatchdogKeys
 from openbelief.pose import Pose2
 from openbelief.traversability import OccupancyGrid
 from robot_app.certs.certificates import Identity, issue
-from robot_app.certs.folder import make_site
-from robot_app.certs.zenoh import AGENT, OPERATOR, VIEWER, VIEWERS_MAX, WORKSTATION, ZenohSite
+from robot_app.certs.folder import make_network
+from robot_app.certs.zenoh import AGENT, OPERATOR, VIEWER, VIEWERS_MAX, WORKSTATION, ZenohNetwork
 from robot_app.cli import main
 from robot_app.config import load_config
 from robot_app.remote.messages import VERBS, operator_key
@@ -72,20 +72,20 @@ def free_ports() -> int:
     raise RuntimeError("no three free ports in a row")
 
 
-def new_site(folder: Path, port: int) -> ZenohSite:
-    site = ZenohSite("127.0.0.1", port, folder=str(folder / "robot"))
-    make_site(folder, site, [], time.time_ns(), days=2)
-    return site
+def new_network(folder: Path, port: int) -> ZenohNetwork:
+    network = ZenohNetwork("127.0.0.1", port, folder=str(folder / "robot"))
+    make_network(folder, network, [], time.time_ns(), days=2)
+    return network
 
 
 class Robot:
     """The shipped bridge configuration, with the simulated Nav2 behind its loopback door."""
 
     def __init__(self, folder: Path, opened: ExitStack) -> None:
-        self.site, self.folder = new_site(folder, free_ports()), folder
+        self.network, self.folder = new_network(folder, free_ports()), folder
         for door in ("bridge.json5", "viewers.json5"):
             opened.enter_context(zenoh.open(zenoh.Config.from_file(str(folder / "robot" / door))))
-        self.clock, self.bridge = SimClock(10**18), opened.enter_context(SimBridge(self.site.local_endpoint))
+        self.clock, self.bridge = SimClock(10**18), opened.enter_context(SimBridge(self.network.local_endpoint))
         self.body = SimRobot(Room(), self.clock, Pose2(1.0, 1.0, 0.0))
         grid = Room().occupancy_grid()
         self.nav2 = SimNav2Server(self.bridge, self.clock, self.body, grid)
@@ -114,7 +114,7 @@ class Robot:
 @pytest.fixture
 def robot(tmp_path: Path) -> Iterator[Robot]:
     with ExitStack() as opened:
-        yield Robot(tmp_path / "site", opened)
+        yield Robot(tmp_path / "certs", opened)
 
 
 def known(key: str, answer: bytes, link: ZenohLink) -> None:
@@ -194,7 +194,7 @@ def test_only_the_workstations_heartbeat_is_heard(robot: Robot) -> None:
     """The viewer's are on their way before its question is answered, and `last` is sent after that: on one link."""
     beats: list[bytes] = []
     robot.bridge.answer(IS_UP, lambda question: question.answer(b"up"))
-    with ZenohLink(LinkConfig((robot.site.local_endpoint,))) as onboard:
+    with ZenohLink(LinkConfig((robot.network.local_endpoint,))) as onboard:
         onboard.subscribe(KEYS.heartbeat, beats.append)
         operator, viewer = robot.link(WORKSTATION), robot.link(VIEWER)
         until(lambda: bool(beats), again=lambda: operator.put(KEYS.heartbeat, b"operator"))
@@ -219,7 +219,7 @@ def test_what_is_too_large_has_no_effect_and_gets_no_answer(robot: Robot) -> Non
 
 @pytest.mark.parametrize("who", [WORKSTATION, VIEWER])
 def test_the_certificates_of_another_site_are_refused(robot: Robot, tmp_path: Path, who: str) -> None:
-    new_site(tmp_path / "other", robot.site.port)
+    new_network(tmp_path / "other", robot.network.port)
     theirs = load_config(tmp_path / "other" / who / "robot.toml").zenoh
     mixed = {**theirs.tls, "root_ca_certificate": str(robot.folder / "ca.pem")}
     for tls in (theirs.tls, mixed):
@@ -232,8 +232,8 @@ def test_the_certificates_of_another_site_are_refused(robot: Robot, tmp_path: Pa
 
 def test_no_certificate_and_no_encryption_are_refused(robot: Robot) -> None:
     trusting = {"root_ca_certificate": str(robot.folder / "ca.pem")}
-    plain = robot.site.endpoint.replace("tls/", "tcp/")
-    for config in (LinkConfig((robot.site.endpoint,), tls=trusting), LinkConfig((plain,))):
+    plain = robot.network.endpoint.replace("tls/", "tcp/")
+    for config in (LinkConfig((robot.network.endpoint,), tls=trusting), LinkConfig((plain,))):
         with pytest.raises(LinkLost), ZenohLink(config):
             pass
 
@@ -249,7 +249,7 @@ def test_an_expired_certificate_of_this_very_site_is_refused(robot: Robot, tmp_p
             "connect_certificate": str(tmp_path / f"{name}.pem"),
             "connect_private_key": str(tmp_path / f"{name}.key"),
         }
-        link = ZenohLink(LinkConfig((robot.site.endpoint,), tls=dict(tls)))
+        link = ZenohLink(LinkConfig((robot.network.endpoint,), tls=dict(tls)))
         if name == "new":
             with link:
                 assert link.alive
@@ -261,7 +261,7 @@ def test_an_expired_certificate_of_this_very_site_is_refused(robot: Robot, tmp_p
 def test_keys_are_their_owners_alone_and_are_never_overwritten(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    command = ["certs", "-o", str(tmp_path / "site"), "--robot", "192.168.123.164", "--name", "g1.local", "--json"]
+    command = ["certs", "-o", str(tmp_path / "certs"), "--robot", "192.168.123.164", "--name", "g1.local", "--json"]
     assert main(command) == 0
     files = [Path(name) for name in json.loads(capsys.readouterr().out)["files"]]
     keys = [file for file in files if file.suffix == ".key"]
@@ -273,11 +273,11 @@ def test_keys_are_their_owners_alone_and_are_never_overwritten(
     assert main(command) == 1
     assert "never overwritten" in capsys.readouterr().err
     assert {file: file.read_bytes() for file in files} == before
-    robot = x509.load_pem_x509_certificate((tmp_path / "site" / "robot" / "robot.pem").read_bytes())
+    robot = x509.load_pem_x509_certificate((tmp_path / "certs" / "robot" / "robot.pem").read_bytes())
     names = robot.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
     assert "g1.local" in names.get_values_for_type(x509.DNSName)
     assert "192.168.123.164" in map(str, names.get_values_for_type(x509.IPAddress))
-    assert not (tmp_path / "site" / "viewer" / "workstation.key").exists()
+    assert not (tmp_path / "certs" / "viewer" / "workstation.key").exists()
 
 
 @pytest.mark.parametrize(
@@ -299,7 +299,7 @@ def test_what_is_no_name_is_refused_before_anything_is_written(
     words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(SystemExit) as ended:
-        main(["certs", "-o", str(tmp_path / "site"), "--robot", "192.168.123.164", *words])
+        main(["certs", "-o", str(tmp_path / "certs"), "--robot", "192.168.123.164", *words])
     assert ended.value.code == 2
     assert words[0] in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
@@ -307,10 +307,10 @@ def test_what_is_no_name_is_refused_before_anything_is_written(
 
 def test_a_site_that_cannot_be_made_leaves_nothing_in_the_way_of_the_next_attempt(tmp_path: Path) -> None:
     with pytest.raises(ValueError):
-        make_site(tmp_path / "site", ZenohSite("127.0.0.1"), ["bäd host"], time.time_ns(), days=2)
+        make_network(tmp_path / "certs", ZenohNetwork("127.0.0.1"), ["bäd host"], time.time_ns(), days=2)
     assert not list(tmp_path.iterdir())
-    make_site(tmp_path / "site", ZenohSite("127.0.0.1"), ["g1.local"], time.time_ns(), days=2)
-    assert stat.S_IMODE((tmp_path / "site").stat().st_mode) == 0o700
+    make_network(tmp_path / "certs", ZenohNetwork("127.0.0.1"), ["g1.local"], time.time_ns(), days=2)
+    assert stat.S_IMODE((tmp_path / "certs").stat().st_mode) == 0o700
 
 
 @pytest.mark.parametrize("address", ["0.0.0.0", "robot", "224.0.0.1"])
@@ -318,9 +318,9 @@ def test_a_robot_that_would_listen_everywhere_is_refused(
     address: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(SystemExit):
-        main(["certs", "-o", str(tmp_path / "site"), "--robot", address])
+        main(["certs", "-o", str(tmp_path / "certs"), "--robot", address])
     assert "address" in capsys.readouterr().err
-    assert not (tmp_path / "site").exists()
+    assert not (tmp_path / "certs").exists()
 
 
 def test_viewers_take_no_place_of_the_robot_or_the_operator(robot: Robot) -> None:
@@ -333,13 +333,13 @@ def test_viewers_take_no_place_of_the_robot_or_the_operator(robot: Robot) -> Non
             refused += 1
     assert refused >= 1
     assert robot.link(WORKSTATION).alive
-    local = robot._opened.enter_context(ZenohLink(LinkConfig((robot.site.local_endpoint,))))
+    local = robot._opened.enter_context(ZenohLink(LinkConfig((robot.network.local_endpoint,))))
     assert local.alive
 
 
 def test_a_viewers_certificate_opens_no_other_door(robot: Robot) -> None:
     viewer = load_config(robot.folder / VIEWER / "robot.toml").zenoh
-    with pytest.raises(LinkLost), ZenohLink(LinkConfig((robot.site.endpoint,), tls=viewer.tls)):
+    with pytest.raises(LinkLost), ZenohLink(LinkConfig((robot.network.endpoint,), tls=viewer.tls)):
         pass
 
 
@@ -354,6 +354,6 @@ def test_a_session_ends_when_its_certificate_expires(robot: Robot) -> None:
     tls = dict(load_config(robot.folder / WORKSTATION / "robot.toml").zenoh.tls)
     tls |= {"connect_certificate": f"{folder}/workstation.pem", "connect_private_key": f"{folder}/workstation.key"}
     tls.pop("close_link_on_expiration")  # it is the robot that ends it
-    with ZenohLink(LinkConfig((robot.site.endpoint,), tls=tls)) as link:
+    with ZenohLink(LinkConfig((robot.network.endpoint,), tls=tls)) as link:
         assert link.alive
         until(lambda: not link.alive)

@@ -1,4 +1,4 @@
-"""`openbelief doctor`: a healthy site is healthy, and every fault is found where it lies, with its remedy."""
+"""`openbelief doctor`: a healthy robot is healthy, and every fault is found where it lies, with its remedy."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ from drivers.watchdog.guard import WatchdogGuard
 from drivers.watchdog.heartbeat import Heartbeat, WatchdogView
 from openbelief import ObjectMemory, Observation, Parameters
 from robot_app.app import Robot, open_robot
-from robot_app.certs.folder import make_site
-from robot_app.certs.zenoh import ZenohSite
+from robot_app.certs.folder import make_network
+from robot_app.certs.zenoh import ZenohNetwork
 from robot_app.cli import main
 from robot_app.config import Config, LivoxSection, PortsSection, ZenohSection, load_config
 from robot_app.doctor.examination import examine_robot
@@ -57,12 +57,12 @@ def open_one() -> Iterator[Robot]:
 @pytest.fixture
 def robot(open_one: Robot) -> Iterator[Robot]:
     """The simulated robot, without faults before and after."""
-    assert open_one.site.simulation is not None
-    site = open_one.site.simulation.site
+    assert open_one.wiring.simulation is not None
+    graph = open_one.wiring.simulation.graph
     yield open_one
-    site.nav2_faults.inactive, site.sensor_faults.frozen_ns = False, None
-    site.sensor_faults.muted.clear()
-    site.sensor_faults.spoiled.clear()
+    graph.nav2_faults.inactive, graph.sensor_faults.frozen_ns = False, None
+    graph.sensor_faults.muted.clear()
+    graph.sensor_faults.spoiled.clear()
     open_one.clock.sleep(3.0)
 
 
@@ -82,14 +82,14 @@ def test_a_healthy_site_is_healthy(robot: Robot) -> None:
 
 
 def test_an_inactive_nav2_is_found(robot: Robot) -> None:
-    robot.site.simulation.site.nav2_faults.inactive = True
+    robot.wiring.simulation.graph.nav2_faults.inactive = True
     found = findings(robot)
     assert bad(found) == {"nav2 active"}
     assert "lifecycle_manager" in found["nav2 active"].remedy
 
 
 def test_a_silent_lidar_is_found(robot: Robot) -> None:
-    robot.site.simulation.site.sensor_faults.muted.add(LIDAR.name)
+    robot.wiring.simulation.graph.sensor_faults.muted.add(LIDAR.name)
     found = findings(robot)
     assert bad(found) == {"lidar", "lidar rate"}
     assert found["lidar"].level == Level.FAIL and found["lidar"].remedy
@@ -97,14 +97,14 @@ def test_a_silent_lidar_is_found(robot: Robot) -> None:
 
 
 def test_garbage_on_a_topic_is_counted(robot: Robot) -> None:
-    robot.site.simulation.site.sensor_faults.spoiled[TF.name] = garbage
+    robot.wiring.simulation.graph.sensor_faults.spoiled[TF.name] = garbage
     found = findings(robot)
     assert found["tf map -> base_link"].level == Level.FAIL
     assert "nav2 pose" in bad(found)
 
 
 def test_stamps_that_stand_still_are_found(robot: Robot) -> None:
-    robot.site.simulation.site.sensor_faults.frozen_ns = robot.clock.now_ns()
+    robot.wiring.simulation.graph.sensor_faults.frozen_ns = robot.clock.now_ns()
     found = findings(robot)
     assert found["camera rate"].level == Level.FAIL and "stand still" in found["camera rate"].said
     assert found["tf map -> base_link"].level == Level.FAIL
@@ -112,7 +112,7 @@ def test_stamps_that_stand_still_are_found(robot: Robot) -> None:
 
 @pytest.mark.parametrize(("ahead_s", "level"), [(0.1, Level.WARN), (5.0, Level.FAIL)])
 def test_clocks_that_differ_are_found(robot: Robot, ahead_s: float, level: Level) -> None:
-    spoiled = robot.site.simulation.site.sensor_faults.spoiled
+    spoiled = robot.wiring.simulation.graph.sensor_faults.spoiled
     for topic in (COLOR, DEPTH, CAMERA_INFO, LIDAR, TF):
         spoiled[topic.name] = shifted(topic, ahead_s)
     found = findings(robot)
@@ -123,7 +123,7 @@ def test_clocks_that_differ_are_found(robot: Robot, ahead_s: float, level: Level
 @pytest.fixture
 def ros_patient(robot: Robot) -> Examined:
     """The same wire, as if the robot at its other end were a real one: with a watchdog to hear, and a battery port."""
-    wire = robot.site.wires["sim"]
+    wire = robot.wiring.wires["sim"]
     view, battery = WatchdogView(wire.link, wire.keys), RosBattery(wire.link, robot.clock)
     view.start()
     battery.start()
@@ -132,7 +132,7 @@ def ros_patient(robot: Robot) -> Examined:
 
 
 def without_watchdog(patient: Examined) -> Examined:
-    """The site does without one."""
+    """The robot does without one."""
     safety = SafetyPolicy(watchdog="off")
     return replace(patient, config=patient.config.model_copy(update={"safety": safety}))
 
@@ -145,7 +145,7 @@ def test_a_watchdog_that_is_not_heard_fails_where_missions_need_one(ros_patient:
 
 
 def test_the_watchdogs_own_word_is_told_from_waiting_to_latched(ros_patient: Examined, eventually: Eventually) -> None:
-    config = ros_patient.robot.site.wires["sim"].link.config
+    config = ros_patient.robot.wiring.wires["sim"].link.config
     with ZenohLink(config) as onboard, ZenohLink(config) as workstation:
         guard = WatchdogGuard(onboard)
         guard.start()
@@ -174,7 +174,7 @@ def test_a_charge_is_judged_by_the_limits_of_missions(
 
     def heard() -> bool:
         stamp_ns = patient.robot.clock.now_ns()
-        bridge = patient.robot.site.simulation.site.bridge
+        bridge = patient.robot.wiring.simulation.graph.bridge
         bridge.publish(BATTERY, encode(battery_message(stamp_ns, charge)))
         [line] = check_battery(patient)
         return line.level == level and f"{100 * charge:.0f} %" in line.said
@@ -269,7 +269,7 @@ def test_what_onboard_says_of_its_lidar_reaches_the_doctor_at_the_workstation(
     ros_patient: Examined, eventually: Eventually
 ) -> None:
     """And what others say on /diagnostics does not."""
-    wire, ears = ros_patient.robot.site.wires["sim"], ros_patient.ears
+    wire, ears = ros_patient.robot.wiring.wires["sim"], ros_patient.ears
     dirty = Diagnosis("lidar health", Severity.WARN, "warning: the window is dirty (HMS 0104)", "clean it")
     ears.hear_diagnoses(wire)
     with ZenohLink(wire.link.config) as robot:
@@ -342,7 +342,7 @@ def test_a_disk_that_is_nearly_full_is_found(tmp_path: Path) -> None:
 
 def test_certificates_near_and_past_their_end_are_found(tmp_path: Path) -> None:
     now_ns = time.time_ns()
-    make_site(tmp_path / "site", ZenohSite("127.0.0.1"), [], now_ns, days=30)
+    make_network(tmp_path / "site", ZenohNetwork("127.0.0.1"), [], now_ns, days=30)
     config = load_config(tmp_path / "site" / "workstation" / "robot.toml")
     levels = [{line.level for line in check_certificates(config, now_ns + days * DAY_NS)} for days in (0, 20, 40)]
     assert levels == [{Level.OK}, {Level.WARN}, {Level.FAIL}]
@@ -381,7 +381,7 @@ def test_what_a_robot_says_cannot_move_the_terminals_cursor() -> None:
     ],
 )
 def test_the_bridges_age_is_found_out(robot: Robot, version: str, level: Level, words: str) -> None:
-    bridge = robot.site.simulation.site.bridge
+    bridge = robot.wiring.simulation.graph.bridge
     before, bridge.version = bridge.version, version
     try:
         [line] = check_bridge(SimpleNamespace(robot=robot))  # type: ignore[arg-type]  # it looks at the wires alone

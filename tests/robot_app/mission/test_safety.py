@@ -97,7 +97,7 @@ def test_what_does_not_come_is_waited_for_within_bounds_and_named(robot, tmp_pat
 
 def test_a_lost_link_is_a_verdict(robot, tmp_path):
     with watched(config(tmp_path, watchdog="off"), robot, empty_memory()) as watch:
-        robot.site.wires["ros"].link.close()
+        robot.wiring.wires["ros"].link.close()
         assert watch.safety.verdict(None).condition == "link"
 
 

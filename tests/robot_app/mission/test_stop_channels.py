@@ -12,7 +12,7 @@ import pytest
 from drivers.ros.zenoh_link import LinkConfig, ZenohLink
 from drivers.watchdog.heartbeat import WatchdogView
 from drivers.watchdog.latch import WatchdogState
-from robot_app.benches.programs import THING, Program, until, write_site
+from robot_app.benches.programs import THING, Program, until, write_configuration
 
 ALONE = '[safety]\nwatchdog = "off"\n'
 
@@ -35,7 +35,7 @@ def ask(opened, robot, tmp_path) -> Callable[..., Program]:
     """`openbelief ask --yes`, once the robot drives."""
 
     def make(**streams: bool) -> Program:
-        config = write_site(tmp_path, robot.endpoint, ALONE)
+        config = write_configuration(tmp_path, robot.endpoint, ALONE)
         made = Program(opened, "robot_app.cli", "ask", THING, "--yes", "--config", str(config), "--json", **streams)
         until("a robot that moves", lambda: moves(robot) or made.ended, timeout_s=60.0)
         assert not made.ended, made.last
@@ -81,7 +81,7 @@ def test_an_input_that_never_was_a_terminal_stops_nothing_by_ending_and_a_signal
 
 
 def test_leaving_run_at_its_idle_prompt_latches_nothing(opened, robot, tmp_path):
-    config = str(write_site(tmp_path, robot.endpoint))
+    config = str(write_configuration(tmp_path, robot.endpoint))
     Program(opened, "robot_app.cli", "onboard", "--config", config)
     view = WatchdogView(opened.enter_context(ZenohLink(LinkConfig((robot.endpoint,)))))
     view.start()

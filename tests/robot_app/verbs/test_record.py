@@ -222,11 +222,11 @@ def test_a_source_that_falls_silent_is_told_and_is_no_success(config: Path, tmp_
         recorder = opened.enter_context(McapRecorder(tmp_path / "walk.mcap", robot.clock))
         queue = opened.enter_context(QueuedRecorder(recorder, robot.clock))
         gauge = RecordingMonitor(robot, queue, recorder, start_taps(robot, settings, queue))
-        simulation = robot.site.simulation
+        simulation = robot.wiring.simulation
         assert simulation is not None
         robot.clock.sleep(3.0)
         before = gauge.status()
-        simulation.site.sensor_faults.muted.add("/livox/lidar")
+        simulation.graph.sensor_faults.muted.add("/livox/lidar")
         robot.clock.sleep(14.0)
         queue.drain()
         after = gauge.status()

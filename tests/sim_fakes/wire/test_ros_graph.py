@@ -16,7 +16,7 @@ from drivers.topics import TF
 from openbelief.pose import Pose2
 from openbelief.traversability import OccupancyGrid
 from sim_fakes.wire.fence import Fence
-from sim_fakes.wire.ros_site import RosSite
+from sim_fakes.wire.ros_graph import RosGraph
 from sim_fakes.wire.sim_bridge import SimBridge
 from sim_fakes.world.robot import LocalisationError, SimRobot
 
@@ -49,9 +49,9 @@ def robot_and_clock():
 def test_when_sleep_returns_the_driver_has_seen_every_sample(robot_and_clock):
     robot, clock = robot_and_clock
     heard = []
-    with RosSite(clock, robot, Floor().occupancy_grid()) as site, ZenohLink(site.link_config) as link:
+    with RosGraph(clock, robot, Floor().occupancy_grid()) as graph, ZenohLink(graph.link_config) as link:
         link.subscribe("tf", lambda payload: heard.append(decode(payload, TF.type_name)))
-        site.start(link)
+        graph.start(link)
         for _ in range(40):
             clock.sleep(0.05)
             newest = transforms_of(heard[-1])[0].stamp_ns
@@ -61,9 +61,9 @@ def test_when_sleep_returns_the_driver_has_seen_every_sample(robot_and_clock):
 def test_images_are_rendered_at_their_rate_and_at_each_stop(robot_and_clock):
     robot, clock = robot_and_clock
     eyes = CountingEyes()
-    site = RosSite(clock, robot, Floor().occupancy_grid(), eyes, camera_rate_hz=0.1)
-    with site, ZenohLink(site.link_config) as link:
-        site.start(link)
+    graph = RosGraph(clock, robot, Floor().occupancy_grid(), eyes, camera_rate_hz=0.1)
+    with graph, ZenohLink(graph.link_config) as link:
+        graph.start(link)
         first = len(eyes.images)
         robot.follow(np.array([[3.0, 2.0]]), 0.0)
         while robot.moving:
@@ -78,10 +78,10 @@ def test_the_published_pose_is_what_localisation_believes(robot_and_clock):
     from drivers.ros.topics import RosPoseSource
 
     robot, clock = robot_and_clock
-    with RosSite(clock, robot, Floor().occupancy_grid()) as site, ZenohLink(site.link_config) as link:
+    with RosGraph(clock, robot, Floor().occupancy_grid()) as graph, ZenohLink(graph.link_config) as link:
         poses = RosPoseSource(link, clock)
         poses.start()
-        site.start(link)
+        graph.start(link)
         robot.follow(np.array([[4.0, 2.0]]), 0.0)
         clock.sleep(8.0)
         assert robot.believed_pose.distance_to(robot.pose) > 0.001
@@ -129,11 +129,11 @@ def test_a_look_is_an_image_of_this_moment_in_the_drivers_hands(robot_and_clock)
     from drivers.ros.topics import RosCamera
 
     robot, clock = robot_and_clock
-    site = RosSite(clock, robot, Floor().occupancy_grid(), CountingEyes(), camera_rate_hz=0.01)
-    with site, ZenohLink(site.link_config) as link:
+    graph = RosGraph(clock, robot, Floor().occupancy_grid(), CountingEyes(), camera_rate_hz=0.01)
+    with graph, ZenohLink(graph.link_config) as link:
         camera = RosCamera(link, clock)
         camera.start()
-        site.start(link)
+        graph.start(link)
         clock.sleep(3.0)
-        site.topics.look()
+        graph.topics.look()
         assert camera.latest(0.0).stamp_ns == clock.now_ns()

@@ -18,12 +18,12 @@ from sim_fakes.wire.sim_bridge import SimBridge
 from sim_fakes.world.robot import SimRobot
 
 
-class RosSite:
+class RosGraph:
     """Opens a router on an ephemeral port of this machine and the robot's session behind it.
 
-    with RosSite(clock, robot, grid, eyes) as site, ZenohLink(site.link_config) as link:
+    with RosGraph(clock, robot, grid, eyes) as graph, ZenohLink(graph.link_config) as link:
         ... make the ports on `link` and start them ...
-        site.start(link, ready=lambda: navigator.unavailable() is None)
+        graph.start(link, ready=lambda: navigator.unavailable() is None)
     """
 
     def __init__(
@@ -44,7 +44,7 @@ class RosSite:
         self.nav2_faults, self.sensor_faults = nav2_faults or Nav2Faults(), sensor_faults or SensorFaults()
         self._open = ExitStack()
 
-    def __enter__(self) -> RosSite:
+    def __enter__(self) -> RosGraph:
         self.link_config = LinkConfig((self._open.enter_context(open_router()),))
         self.bridge = self._open.enter_context(SimBridge(self.link_config.endpoints[0], self._keys))
         self.nav2 = SimNav2Server(
