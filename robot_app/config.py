@@ -227,7 +227,7 @@ class PerceptionSection(Section):
 class VoiceSection(Section):
     """recogniser: "moonshine" or "sherpa:KIND:FOLDER", in `language`. microphone: part of its name, "": the usual one.
 
-    speak: "auto" speaks where somebody commands by voice and espeak-ng is installed; "off" never.
+    speak: "auto" says what matters aloud, at `run --voice` and on the page that commands; "off" never.
     """
 
     recogniser: Line = "moonshine"

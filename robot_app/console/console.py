@@ -11,12 +11,14 @@ from robot_app.config import Config
 from robot_app.console.live_pages import LivePages
 from robot_app.console.server import Listening, Parts, Server, serving
 from robot_app.console.snapshots import LiveMission, Snapshots
+from robot_app.console.speech import PageVoice
 from robot_app.console.talk import Talk
 from robot_app.console.telemetry import Telemetry
 from robot_app.console.trial_pages import TrialPages
 from robot_app.mission.missions import Missions
 from robot_app.mission.operator import SharedOperator
 from robot_app.mission.trial_shelf import TrialShelf
+from robot_app.voice.speaking import Silence, Speaker
 from robot_app.voice.suggestions import memory_phrases
 
 
@@ -41,15 +43,21 @@ def open_console(
     from robot_app.console.commands import HOW
 
     live, memory = LiveMission(missions.memory), missions.memory
-    with Telemetry(missions.robot, config.trials, missions.watch.trouble) as telemetry:
-        snapshots = Snapshots(operator, live, lambda: telemetry.readings, extra=extra)
+    voice = PageVoice(config.voice) if config.voice.speak == "auto" else None
+    with (
+        Telemetry(missions.robot, config.trials, missions.watch.trouble) as telemetry,
+        Speaker(operator, voice or Silence()) as speaker,
+    ):
+        more = (lambda: {"speech": voice.as_json(), **extra()}) if voice else extra
+        snapshots = Snapshots(operator, live, lambda: telemetry.readings, extra=more)
         parts = Parts(
             operator=operator,
             snapshots=snapshots,
             picture=telemetry.picture,
             live_pages=LivePages(operator, memory, config.safety, missions.robot.map, live),
             trial_pages=TrialPages(TrialShelf(config.trials)),
-            talk=Talk(config.voice, lambda: memory_phrases(memory), operator, missions.note),
+            talk=Talk(config.voice, lambda: memory_phrases(memory), operator, missions.note, speaker.quiet),
+            voice=voice,
         )
         with serving(listening, config.console, parts) as server:
             operator.join(HOW)

@@ -25,6 +25,7 @@ from robot_app.console.live_pages import LivePages
 from robot_app.console.logins import Logins
 from robot_app.console.sessions import Sessions
 from robot_app.console.snapshots import Snapshots
+from robot_app.console.speech import PageVoice
 from robot_app.console.talk import Talk
 from robot_app.console.telemetry import Picture
 from robot_app.console.trial_pages import TrialPages
@@ -75,6 +76,7 @@ class Parts:
     live_pages: LivePages
     trial_pages: TrialPages
     talk: Talk | None = None
+    voice: PageVoice | None = None
 
 
 class Server:
@@ -176,6 +178,7 @@ def _app(parts: Parts, logins: Logins, address: Address) -> Any:
         *logins.routes,
         *parts.live_pages.routes(logins),
         *parts.trial_pages.routes(logins),
+        *(parts.voice.routes(logins) if parts.voice else ()),
     ]
     return Doors(Starlette(routes=routes, lifespan=lifespan), address)
 

@@ -7,7 +7,7 @@ import contextlib
 import json
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
@@ -30,7 +30,10 @@ CLOSED_LOGGED_OUT = 4401
 
 
 class Talk:
-    """Understands what pages say. note: keeps it in the trial under way. The recogniser opens at first use."""
+    """Understands what pages say. The recogniser opens at first use.
+
+    note: keeps it in the trial under way. quiet: stops our own voice on every page while one of them listens.
+    """
 
     def __init__(
         self,
@@ -38,8 +41,10 @@ class Talk:
         phrases: Callable[[], Sequence[str]],
         operator: SharedOperator,
         note: Callable[[Entry], None],
+        quiet: Callable[[bool], None] = lambda _: None,
     ) -> None:
         self._voice, self._phrases, self._operator, self._note = voice, phrases, operator, note
+        self._quiet = quiet
         self._listener: Listener | None = None
         self._lock = threading.Lock()
         self._heard: OrderedDict[int, tuple[str, Utterance]] = OrderedDict()
@@ -84,18 +89,34 @@ class Talk:
     async def _utterance(
         self, socket: WebSocket, session_of: Callable[[WebSocket], Session | None]
     ) -> dict[str, Any] | None:
-        sound = bytearray()
-        while (message := await socket.receive()).get("text") is None:
-            if message["type"] == "websocket.disconnect":
-                raise WebSocketDisconnect
-            if len(sound) <= BYTES_MAX:  # what comes after that is not kept, and the utterance is refused
-                sound += message.get("bytes") or b""
+        sound = await self._sound(socket, session_of)
         session = session_of(socket)
         if session is None:
             return None
-        if session.role != "operator":
+        if not _operates(session):
             return {"type": "refused", "text": "You are a viewer: you may look, and STOP."}
-        return await asyncio.to_thread(self.understood, bytes(sound), session.name)
+        return await asyncio.to_thread(self.understood, sound, session.name)
+
+    async def _sound(self, socket: WebSocket, session_of: Callable[[WebSocket], Session | None]) -> bytes:
+        """Until its end; from the first block on nothing is said aloud."""
+        sound = bytearray()
+        with contextlib.ExitStack() as listening:
+            while (message := await socket.receive()).get("text") is None:
+                if message["type"] == "websocket.disconnect":
+                    raise WebSocketDisconnect
+                if not sound and _operates(session_of(socket)):
+                    listening.enter_context(self._quietly())
+                if len(sound) <= BYTES_MAX:  # what comes after that is not kept, and the utterance is refused
+                    sound += message.get("bytes") or b""
+        return bytes(sound)
+
+    @contextlib.contextmanager
+    def _quietly(self) -> Iterator[None]:
+        self._quiet(True)
+        try:
+            yield
+        finally:
+            self._quiet(False)
 
     def _ready(self) -> Listener:
         """Raises Failure where there is no recogniser."""
@@ -104,3 +125,7 @@ class Talk:
                 recogniser = open_recogniser(self._voice.recogniser, self._voice.language)
                 self._listener = Listener(recogniser, self._phrases())
             return self._listener
+
+
+def _operates(session: Session | None) -> bool:
+    return session is not None and session.role == "operator"

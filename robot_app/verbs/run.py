@@ -104,7 +104,7 @@ def _by_voice(config: Config, *, as_json: bool) -> None:
     from robot_app.voice.local_talk import LocalTalk
     from robot_app.voice.microphone import LocalMicrophone
     from robot_app.voice.recogniser import open_recogniser
-    from robot_app.voice.speaking import Speaker
+    from robot_app.voice.speaking import Speaker, local_voice
     from robot_app.voice.suggestions import memory_phrases
 
     voice, operator = config.voice, SharedOperator()
@@ -113,7 +113,7 @@ def _by_voice(config: Config, *, as_json: bool) -> None:
         signals_stop(operator) as heard,
         open_missions(config, operator) as missions,
         open_remote(config, operator, missions) as watching,
-        Speaker(operator, speak=voice.speak, language=voice.language) as speaker,
+        Speaker(operator, local_voice(voice)) as speaker,
     ):
         listener = Listener(recogniser, memory_phrases(missions.memory))
         talk = LocalTalk(operator, microphone, listener, missions.note, speaker.quiet)

@@ -1,27 +1,68 @@
-"""Speaking back: where the robot goes, what it found, why not; by espeak-ng, or silence."""
+"""Speaking back through a port: espeak-ng at this machine, the console (robot_app.console.speech), or silence."""
 
 from __future__ import annotations
 
+import contextlib
 import subprocess
 import threading
+from typing import Protocol
 
-from robot_app.mission.operator import Change, Notice, SharedOperator
+from robot_app.config import VoiceSection
+from robot_app.mission.operator import Notice, SharedOperator
+from robot_app.voice.moments import said_aloud
 from robot_app.voice.synthetic import installed
 
-SPOKEN = (Change.TOLD, Change.ASKED, Change.STOPPED, Change.EXPIRED)
-LONGEST = 160  # characters: a listener does not follow more
-NOT_SAID = ("trial:", "Heard ", "Listening:")
+
+class Voice(Protocol):
+    """Neither waits nor raises."""
+
+    def say(self, words: str) -> None:
+        """Say it now; what is being said is cut off."""
+        ...
+
+    def hush(self) -> None:
+        """Say no more of it."""
+        ...
+
+
+class Silence:
+    def say(self, words: str) -> None: ...
+
+    def hush(self) -> None: ...
+
+
+class EspeakVoice:
+    """This machine's loudspeaker, by espeak-ng as a program of its own."""
+
+    def __init__(self, language: str) -> None:
+        self._language = language
+        self._speaking: subprocess.Popen[bytes] | None = None
+
+    def say(self, words: str) -> None:
+        self.hush()
+        command = ["espeak-ng", "-v", self._language, "--", words]
+        with contextlib.suppress(OSError):  # taken away meanwhile: the words are on the screen
+            self._speaking = subprocess.Popen(
+                command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+            )
+
+    def hush(self) -> None:
+        speaking, self._speaking = self._speaking, None
+        if speaking is not None:
+            speaking.kill()
+            speaking.wait()
+
+
+def local_voice(voice: VoiceSection) -> Voice:
+    return EspeakVoice(voice.language) if voice.speak == "auto" and installed("espeak-ng") else Silence()
 
 
 class Speaker:
-    """A listener of the Operator. A newer sentence cuts off the older one; `quiet` while somebody is listened to."""
+    """A listener of the operator that says what matters. A newer sentence cuts off the older one."""
 
-    def __init__(self, operator: SharedOperator, *, speak: str, language: str = "en") -> None:
-        """speak: "auto" where espeak-ng is installed, "off" never."""
-        self._operator, self._language = operator, language
-        self._able = speak == "auto" and installed("espeak-ng")
-        self._voice: subprocess.Popen[bytes] | None = None
-        self._muted, self._lock = False, threading.Lock()
+    def __init__(self, operator: SharedOperator, voice: Voice) -> None:
+        self._operator, self._voice = operator, voice
+        self._listening, self._lock = 0, threading.Lock()
 
     def __enter__(self) -> Speaker:
         self._end_listening = self._operator.listen(self._hear)
@@ -29,27 +70,18 @@ class Speaker:
 
     def __exit__(self, *_: object) -> None:
         self._end_listening()
-        self.quiet(True)
+        with self._lock:
+            self._voice.hush()
 
     def quiet(self, yes: bool) -> None:
+        """Somebody begins to be listened to, or no longer is: what is said meanwhile is not said later either."""
         with self._lock:
-            self._muted = yes
-            self._cut()
+            self._listening += 1 if yes else -1
+            if yes:
+                self._voice.hush()
 
     def _hear(self, notice: Notice) -> None:
-        sentence = notice.sentence
-        if not self._able or notice.change not in SPOKEN or not sentence or sentence.startswith(NOT_SAID):
-            return
-        with self._lock:
-            if not self._muted:
-                self._cut()
-                command = ["espeak-ng", "-v", self._language, "--", sentence[:LONGEST]]
-                self._voice = subprocess.Popen(
-                    command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-                )
-
-    def _cut(self) -> None:
-        voice, self._voice = self._voice, None
-        if voice is not None:
-            voice.kill()
-            voice.wait()
+        if words := said_aloud(notice):
+            with self._lock:
+                if not self._listening:
+                    self._voice.say(words)

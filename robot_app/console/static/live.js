@@ -7,6 +7,7 @@ import {Link} from "./link.js";
 import {Evidence, drawCandidates, drawChecks} from "./panels.js";
 import {Plan, loadSite} from "./plan.js";
 import {Question} from "./question.js";
+import {Speech} from "./speech.js";
 import {drawStatus} from "./status.js";
 import {Stop} from "./stop.js";
 
@@ -23,6 +24,8 @@ export class Live {
     this.wantsLook = false;
     this.stop = new Stop(this.link);
     this.ask = new AskLine(this.link);
+    this.speech = new Speech(() => this.ask.talk.talking);
+    this.ask.talk.onListen = () => this.speech.hush();
     this.question = new Question(this.link, (answer) => this.ask.say(answer));
     this.plan = new Plan($("plan"), {onPick: (id) => this.select(id)});
     this.picture = new Picture($("camera"), $("camera-words"));
@@ -95,6 +98,7 @@ export class Live {
     this.question.show(operator.question, state.you?.epoch, mission?.candidates);
     this.paintMission(state, mission);
     this.log(state.said || []);
+    this.speech.show(state.speech, Boolean(state.you?.epoch));
     this.painted = this.link.seen = state.n;
     if (news) this.toBeat = state.n;
     performance.measure("page-paint", {start, end: performance.now()});

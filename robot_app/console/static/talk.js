@@ -29,7 +29,7 @@ export class Talk {
     if (this.talking) return;
     this.talking = true;
     text(this.button, "Listening");
-    speechSynthesis?.cancel(); // muted while listening
+    this.onListen?.(); // nothing is said aloud meanwhile
     const mine = (this.utterance = {chunks: []});
     try {
       const stream = (mine.stream = await navigator.mediaDevices.getUserMedia({audio: SOUND}));

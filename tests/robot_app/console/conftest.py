@@ -24,11 +24,13 @@ from robot_app.console.live_pages import LivePages
 from robot_app.console.open_trial import OpenTrial
 from robot_app.console.server import Listening, Parts, Server, serving
 from robot_app.console.snapshots import LiveMission, Snapshots
+from robot_app.console.speech import PageVoice
 from robot_app.console.talk import Talk
 from robot_app.console.telemetry import Picture, Readings
 from robot_app.console.trial_pages import TrialPages
 from robot_app.mission.operator import SharedOperator
 from robot_app.mission.trial_shelf import TrialShelf
+from robot_app.voice.speaking import Speaker
 from robot_app.voice.suggestions import memory_phrases
 
 SMALL_ROOM = Path(__file__).parents[2] / "replay" / "small_room.mcap"
@@ -125,6 +127,7 @@ class Console:
     live: LiveMission
     folder: Path
     kept: list[Entry]  # notes for the trial under way
+    voice: PageVoice
 
     def visitor(self, role: str | None = "operator", name: str = "ada") -> Visitor:
         """Logged in by a pairing link; with None nobody is."""
@@ -141,19 +144,22 @@ def console(small_room: OpenTrial, accounts: Path, tmp_path: Path) -> Iterator[C
     operator, live = SharedOperator(), LiveMission(small_room.memory)
     operator.join("console")
     kept: list[Entry] = []
+    voice = PageVoice(VoiceSection())
+    speaker = Speaker(operator, voice)
     readings = Readings(pose=Pose2(1.0, 2.0, 0.5), battery=0.8, disk_free_bytes=10**11)
     parts = Parts(
         operator=operator,
-        snapshots=Snapshots(operator, live, lambda: readings),
+        snapshots=Snapshots(operator, live, lambda: readings, extra=lambda: {"speech": voice.as_json()}),
         picture=Picture(),
         live_pages=LivePages(
             operator, small_room.memory, SafetyPolicy(), SimpleNamespace(latest=lambda: small_room.grid), live
         ),
         trial_pages=TrialPages(TrialShelf(tmp_path)),
-        talk=Talk(VoiceSection(), lambda: memory_phrases(small_room.memory), operator, kept.append),
+        talk=Talk(VoiceSection(), lambda: memory_phrases(small_room.memory), operator, kept.append, speaker.quiet),
+        voice=voice,
     )
-    with serving(Listening("127.0.0.1", 0), ConsoleSection(accounts=accounts), parts) as server:
-        yield Console(server, operator, live, tmp_path, kept)
+    with speaker, serving(Listening("127.0.0.1", 0), ConsoleSection(accounts=accounts), parts) as server:
+        yield Console(server, operator, live, tmp_path, kept, voice)
 
 
 @pytest.fixture

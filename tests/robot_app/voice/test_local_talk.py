@@ -8,7 +8,6 @@ from robot_app.cli import Failure
 from robot_app.mission.operator import SharedOperator
 from robot_app.voice.listener import Listener
 from robot_app.voice.local_talk import LocalTalk
-from robot_app.voice.speaking import Speaker
 
 from .conftest import ScriptedRecogniser, clip, silence, tone
 
@@ -70,14 +69,3 @@ def test_a_microphone_that_cannot_be_opened_is_said_and_listening_ends(operator)
     operator.listen(lambda notice: told.append(notice.sentence))
     talk(operator, "", [], muted, microphone).turn()
     assert told == [microphone.failure] and muted == [True, False]
-
-
-def test_off_is_silence(operator, monkeypatch):
-    import subprocess
-
-    def never(*arguments: object, **options: object) -> None:
-        raise AssertionError("it spoke")
-
-    monkeypatch.setattr(subprocess, "Popen", never)
-    with Speaker(operator, speak="off"):
-        operator.tell("I walk to the sofa.")
