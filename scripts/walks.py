@@ -33,7 +33,7 @@ WALKS: dict[str, list[Stop]] = {
             "latched, whoever said it: page, voice, signal",
         ),
         ("behaviors/drive.py", "drive", "every poll of a drive asks for STOP first"),
-        ("drivers/nav2/bridge.py", "Nav2Bridge.cancel", "the goal, then all goals, until it is acknowledged"),
+        ("drivers/nav2/cancelling.py", "Cancelling.cancel", "the goal; where that was not taken, all goals"),
         ("drivers/ros/action.py", "ActionClient.cancel", "CancelGoal as CDR, and its reply"),
         ("drivers/ros/zenoh_link.py", "ZenohLink.get", "the query on the wire"),
     ],

@@ -1,55 +1,87 @@
-"""What the answers to a cancel mean. Several servers may answer: a cancel is taken when every one of them took it."""
+"""Cancelling a goal, and halting every goal of Nav2: each ends in what an operator must know."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 
+from drivers.nav2.cancel_replies import all_refused, cancel_code, not_halted
+from drivers.nav2.goal import NavigationGoal
+from drivers.nav2.limits import Nav2Limits
+from drivers.nav2.result import navigation_result, result_from_status
+from drivers.ports import Clock, LinkLost, NavigationResult, NavigationStatus
 from drivers.ros import action
-from drivers.ros.action import ActionReply
-from drivers.ros.messages import Message
+from drivers.ros.action import ActionClient
 
-# The gravest first: what one server says of a goal, where another says something else.
-GRAVITY = (action.CANCEL_REJECTED, action.CANCEL_OK, action.CANCEL_TERMINATED, action.CANCEL_UNKNOWN_GOAL)
-
-
-def cancel_code(answer: ActionReply, uuid: bytes) -> int | None:
-    """The gravest answer to the cancel of one goal; None where there is none, or one cannot be read.
-
-    "Ok" that does not name the goal cancels nothing (rclpy's way of refusing).
-    """
-    codes = [None if reply is None else _code(reply, uuid) for reply in answer.every]
-    if not codes or None in codes:
-        return None
-    return min((code for code in codes if code is not None), key=GRAVITY.index)
+CANCEL_PAUSE_S = 0.05  # a link that just dropped may be back
+STILL_MOVING = "The robot may still be moving: use the remote."
 
 
-def all_refused(answer: ActionReply) -> bool:
-    """Whether the cancel of all goals was not taken: unanswered, unreadable, or refused by a server."""
-    codes = [None if reply is None else int(reply.return_code) for reply in answer.every]
-    return not codes or any(code in (None, action.CANCEL_REJECTED) for code in codes)
+class Cancelling:
+    """Asks the navigate_to_pose server to cancel; STILL_MOVING wherever nothing proves that it does."""
 
+    def __init__(self, navigate: ActionClient, clock: Clock, limits: Nav2Limits) -> None:
+        self._navigate, self._clock, self._limits = navigate, clock, limits
 
-def not_halted(every: ActionReply, each: Sequence[tuple[bytes, ActionReply]]) -> str | None:
-    """Why a goal may still run after the cancel of all goals and of `each`, as a clause; None where none does.
+    def cancel(self, track: NavigationGoal, because: str) -> NavigationResult:
+        """The goal; where that was not taken, all goals."""
+        try:
+            answer = self._navigate.cancel(track.uuid, self._limits.cancel_s)
+            code = cancel_code(answer, track.uuid)
+            if code == action.CANCEL_OK:
+                return NavigationResult(NavigationStatus.CANCELED, f"The goal was cancelled: {because}.")
+            if code == action.CANCEL_TERMINATED or (code is not None and track.status in action.TERMINAL):
+                return self._had_ended(track)
+            return self._cancel_all(track, because, code)
+        except LinkLost as error:
+            return NavigationResult(NavigationStatus.STILL_MOVING, f"{error} {STILL_MOVING}")
 
-    The answer for all goals may leave out one that was refused, so each goal that is known is asked for by itself.
-    """
-    if all_refused(every):
-        return every.why or "Nav2 refused"
-    named = {uuid for reply in every.every if reply is not None for uuid in named_in(reply)}
-    for uuid, answer in each:
-        if uuid not in named and cancel_code(answer, uuid) in (None, action.CANCEL_REJECTED):
-            return answer.why or "Nav2 refused for one goal"
-    return None
+    def lose(self, track: NavigationGoal, reason: str) -> NavigationResult:
+        """A goal that we lost sight of is cancelled all the same: the robot must not drive on unwatched."""
+        stopped = self.cancel(track, "it was lost from sight")
+        if stopped.status == NavigationStatus.STILL_MOVING:
+            return NavigationResult(NavigationStatus.STILL_MOVING, f"{reason} {STILL_MOVING}")
+        return NavigationResult(NavigationStatus.LOST, f"{reason} {stopped.reason}")
 
+    def halt(self, known: Callable[[], list[bytes]], because: str) -> NavigationResult:
+        """All goals, and each that is known to run, asked for at once; a second time where that failed."""
+        why = None
+        try:
+            for again in (False, True):
+                if again:
+                    self._clock.sleep(CANCEL_PAUSE_S)
+                uuids = known()
+                every, *each = self._navigate.cancel_each([action.ALL_GOALS, *uuids], self._limits.cancel_s)
+                why = not_halted(every, list(zip(uuids, each, strict=True)))
+                if why is None:
+                    said = f"All goals of Nav2 were cancelled: {because}."
+                    return NavigationResult(NavigationStatus.CANCELED, said)
+        except LinkLost as error:
+            return NavigationResult(NavigationStatus.STILL_MOVING, f"{error} {STILL_MOVING}")
+        return NavigationResult(NavigationStatus.STILL_MOVING, f"The cancel was not taken: {why}. {STILL_MOVING}")
 
-def named_in(reply: Message) -> set[bytes]:
-    """The goals that a CancelGoal_Response says are being cancelled."""
-    return {bytes(info.goal_id.uuid) for info in reply.goals_canceling}
+    def _had_ended(self, track: NavigationGoal) -> NavigationResult:
+        """The goal ended before the cancel came: how?"""
+        answer = track.answer or self._navigate.get_result(track.uuid, self._limits.result_ask_s)
+        if answer.message is not None and answer.message.status in action.TERMINAL:
+            return navigation_result(answer.message.status, answer.message.result, replaced=track.replaced)
+        if track.status in action.TERMINAL:
+            return result_from_status(track.status, replaced=track.replaced)
+        return NavigationResult(NavigationStatus.LOST, "The goal had ended before it was cancelled; how is not known.")
 
-
-def _code(reply: Message, uuid: bytes) -> int:
-    code = int(reply.return_code)
-    if code == action.CANCEL_OK and uuid not in named_in(reply):
-        return action.CANCEL_REJECTED
-    return code if code in GRAVITY else action.CANCEL_REJECTED
+    def _cancel_all(self, track: NavigationGoal, because: str, code: int | None) -> NavigationResult:
+        """code: the answer to the cancel of this goal, None where there was none."""
+        if code is None:
+            self._clock.sleep(CANCEL_PAUSE_S)
+        answer = self._navigate.cancel(action.ALL_GOALS, self._limits.cancel_s)
+        if code == action.CANCEL_REJECTED:  # it knows the goal: it must say that it cancels it
+            refused = cancel_code(answer, track.uuid) != action.CANCEL_OK
+        else:
+            refused = all_refused(answer)
+        if refused:
+            why = answer.why or "Nav2 refused"
+            return NavigationResult(NavigationStatus.STILL_MOVING, f"The cancel was not taken: {why}. {STILL_MOVING}")
+        if code == action.CANCEL_UNKNOWN_GOAL:
+            return NavigationResult(
+                NavigationStatus.LOST, "Nav2 did not know the goal that was to be cancelled; all goals were cancelled."
+            )
+        return NavigationResult(NavigationStatus.CANCELED, f"All goals of Nav2 were cancelled: {because}.")

@@ -152,7 +152,7 @@ def check_nav2(patient: Examined) -> Iterator[Finding]:
     navigator = patient.robot.navigator
     if not isinstance(navigator, Nav2Bridge):
         return
-    for sign in navigator.signs.read():
+    for sign in navigator.readiness.read():
         level = Level.OK if sign.ok else Level.FAIL
         yield Finding(
             f"nav2 {sign.name}", level, "there" if sign.ok else sign.sentence, "" if sign.ok else MEND[sign.name]

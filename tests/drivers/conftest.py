@@ -12,7 +12,8 @@ import pytest
 import scipy.sparse.csgraph  # noqa: F401  the simulated planner's first path would load it while a question waits
 
 from drivers.clock import SimClock
-from drivers.nav2.bridge import Nav2Bridge, Nav2Limits
+from drivers.nav2.bridge import Nav2Bridge
+from drivers.nav2.limits import Nav2Limits
 from drivers.ports import LidarCloud, NavigationResult
 from drivers.ros.bridge_keys import Keys
 from drivers.ros.topics import RosCamera, RosLidar, RosMap, RosPoseSource

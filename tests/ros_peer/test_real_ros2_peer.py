@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from drivers.clock import SystemClock
-from drivers.nav2.bridge import Nav2Bridge, Nav2Limits
+from drivers.nav2.bridge import Nav2Bridge
+from drivers.nav2.limits import Nav2Limits
 from drivers.ports import NavigationStatus, StaleData
 from drivers.ros.action import (
     ABORTED,

@@ -10,7 +10,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from drivers.nav2.bridge import CANCEL_PAUSE_S, Nav2Bridge, Nav2Limits
+from drivers.nav2.bridge import Nav2Bridge
+from drivers.nav2.cancelling import CANCEL_PAUSE_S
+from drivers.nav2.limits import Nav2Limits
 from drivers.nav2.result import SAID
 from drivers.ports import LinkLost, NavigationResult, NavigationStatus, PoseUnavailable, StaleData
 from drivers.ros.action import ABORTED, CANCELED, EXECUTING, SUCCEEDED
@@ -186,7 +188,7 @@ def test_two_servers_are_refused_before_a_drive(rig, second, eventually):
 
 def test_a_goal_that_two_servers_took_is_cancelled_at_both(rig, second, eventually):
     second.start()
-    eventually(lambda: rig.nav.signs.doubled)
+    eventually(lambda: rig.nav.readiness.doubled)
     result = rig.nav.send(GOAL)
     assert result.status == NavigationStatus.LOST and "2 Nav2 servers" in result.reason
     rig.clock.sleep(0.5)
@@ -213,7 +215,7 @@ def test_two_servers_behind_one_bridge_are_told_by_the_two_moments_of_their_acce
 
 def test_a_server_that_refuses_the_cancel_is_not_outvoted_by_one_that_takes_it(rig, second, eventually):
     second.start()
-    eventually(lambda: rig.nav.signs.doubled)
+    eventually(lambda: rig.nav.readiness.doubled)
     second.server.faults.cancel_code = 1
     assert rig.nav.halt(because="stop").status == NavigationStatus.STILL_MOVING
 

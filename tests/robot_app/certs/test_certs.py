@@ -18,7 +18,8 @@ from cryptography.hazmat.primitives import serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 
 from drivers.clock import SimClock
-from drivers.nav2.bridge import Nav2Bridge, Nav2Limits
+from drivers.nav2.bridge import Nav2Bridge
+from drivers.nav2.limits import Nav2Limits
 from drivers.ports import LinkLost, NavigationStatus
 from drivers.ros.bridge_keys import BridgeKeys
 from drivers.ros.topics import RosMap, RosPoseSource
