@@ -35,7 +35,7 @@ def record(name: str, query: str, seed: int) -> None:
 
 def expected(path: Path) -> dict[str, Any]:
     """What the trial says was decided."""
-    from logs.trial.file import TrialReader
+    from logs.trial.reader import TrialReader
 
     trial = TrialReader(path).whole()
     return {

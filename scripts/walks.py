@@ -40,8 +40,8 @@ WALKS: dict[str, list[Stop]] = {
     "An input to its replayed comparison": [
         ("logs/trial/recording_ports.py", "recorded", "every port writes what it answered, in order"),
         ("logs/trial/inputs.py", "Frame", "the record: what the decision saw, losslessly"),
-        ("logs/trial/file.py", "TrialWriter.write", "into the trial"),
-        ("logs/trial/file.py", "TrialReader", "read back, every byte checked"),
+        ("logs/trial/writer.py", "TrialWriter.write", "into the trial"),
+        ("logs/trial/reader.py", "TrialReader", "read back, every byte checked"),
         ("logs/trial/replay_ports.py", "replay_ports", "the same answers in the same order"),
         ("behaviors/mission.py", "Mission.run", "the same mission, computed anew"),
         ("logs/trial/compare.py", "compare_decisions", "identical, or the first difference"),

@@ -1,4 +1,4 @@
-"""Where a mission writes what it consumed and decided: to a file (logs.trial.file) or to a list."""
+"""Where a mission writes what it consumed and decided: to a file (logs.trial.writer) or to a list."""
 
 from __future__ import annotations
 

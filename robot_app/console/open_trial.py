@@ -12,7 +12,7 @@ from typing import Any
 from behaviors.supervisor import SafetyPolicy
 from drivers.ports import CameraFrame
 from logs.trial import records
-from logs.trial.file import TrialReader
+from logs.trial.reader import TrialReader
 from openbelief.memory import ObjectMemory
 from openbelief.traversability import OccupancyGrid
 from robot_app.console.site_plan import grid_json, grid_png, jpeg, site_json

@@ -15,7 +15,7 @@ from starlette.responses import JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
 from logs.mcap_io.reader import LogError
-from logs.trial.file import TrialError
+from logs.trial.header import TrialError
 from openbelief.store import BeliefFileError
 from robot_app.console.live_pages import Handler, guarded
 from robot_app.console.logins import Logins, body_of, refusal

@@ -15,11 +15,13 @@ from drivers.ports import Ports
 from logs.mcap_io.reader import LogError
 from logs.structured import trial_context
 from logs.trial.compare import BY_PERCEPTION, EXACTLY, Difference, compare_decisions
-from logs.trial.file import MEMORY_MAX_BYTES, NoTrial, TrialError, TrialHeader, TrialReader, TrialWriter
+from logs.trial.header import NoTrial, TrialError, TrialHeader
 from logs.trial.journal import Entry, Journal, ListJournal, Tee
 from logs.trial.perception_comparison import PerceptionComparison
+from logs.trial.reader import TrialReader
 from logs.trial.records import Checks, Chosen, Exclusion, Record
 from logs.trial.replay_ports import replay_ports
+from logs.trial.writer import MEMORY_MAX_BYTES, TrialWriter
 from openbelief.documents import from_toml
 from openbelief.grounded.options import GroundedOptions
 from openbelief.memory import ObjectMemory

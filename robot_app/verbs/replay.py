@@ -40,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     from logs.mcap_io.reader import LogError
-    from logs.trial.file import TrialError
+    from logs.trial.header import TrialError
     from openbelief.store import BeliefFileError
     from robot_app.mission.trials import replay_trial
 

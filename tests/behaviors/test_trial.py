@@ -9,14 +9,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import logs.trial.file
+import logs.trial.header
+import logs.trial.writer
 from behaviors.events import End
 from drivers.ports import CameraFrame, NavigationResult, NavigationStatus
 from logs.mcap_io.reader import LogError, LogReader
 from logs.record.recorder import McapRecorder
 from logs.trial import records
-from logs.trial.file import TrialError, TrialReader, TrialWriter
+from logs.trial.header import TrialError
 from logs.trial.journal import Entry
+from logs.trial.reader import TrialReader
+from logs.trial.writer import TrialWriter
 from openbelief.rooms import Room
 from openbelief.traversability import OccupancyGrid
 from robot_app.cli import main
@@ -129,7 +132,7 @@ def test_heights_of_a_grid_come_back_with_it(stage, make, tmp_path):
     plain = s.ports.map.latest()
     heights = np.where(plain.cells > 0, 0.4, np.nan).astype(np.float32)
     grid = OccupancyGrid(plain.cells, plain.resolution_m, plain.origin_xy, 7, heights)
-    about = logs.trial.file.TrialHeader(
+    about = logs.trial.header.TrialHeader(
         trial_id="t", query_id="q", memory_hash=s.memory.content_hash, text_encoder_id="e", settings={}
     )
     with TrialWriter(tmp_path / "t.mcap", s.clock, about=about, memory_path=tmp_path / "site.belief") as writer:
@@ -229,7 +232,7 @@ def test_a_recording_that_is_no_trial_is_refused(tmp_path, stage):
 
 
 def test_a_memory_too_large_to_attach_is_asked_for_and_must_be_the_same(monkeypatch, stage, make, tmp_path):
-    monkeypatch.setattr(logs.trial.file, "MEMORY_MAX_BYTES", 10)
+    monkeypatch.setattr(logs.trial.writer, "MEMORY_MAX_BYTES", 10)
     s = record(stage, make, tmp_path)
     with pytest.raises(TrialError, match="--memory"):
         replay_trial(s.trial)
@@ -278,7 +281,7 @@ def test_a_walk_in_the_same_folder_is_no_broken_trial(stage, make, capsys, tmp_p
 
 
 def test_a_trial_of_another_format_names_both_and_the_commit_that_replays_it(monkeypatch, stage, make, tmp_path):
-    monkeypatch.setattr(logs.trial.file, "FORMAT", "openbelief.trial/0")
+    monkeypatch.setattr(logs.trial.header, "FORMAT", "openbelief.trial/0")
     s = record(stage, make, tmp_path)
     monkeypatch.undo()
     with pytest.raises(TrialError, match=r"openbelief\.trial/0.* replays openbelief\.trial/1.*commit"):

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from logs.trial.file import TrialReader
+from logs.trial.reader import TrialReader
 from robot_app.agents.server import agent_server
 from robot_app.cli import Failure, main
 

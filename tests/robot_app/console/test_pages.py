@@ -8,7 +8,7 @@ import zipfile
 
 import pytest
 
-from logs.trial.file import TrialReader
+from logs.trial.reader import TrialReader
 from robot_app.mission.trial_shelf import INDEX, TrialShelf
 
 NAME = "small_room.mcap"

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from logs.trial import records
-from logs.trial.file import TrialReader
+from logs.trial.reader import TrialReader
 from openbelief import ObjectMemory
 from robot_app.mission.missions import _ready_memory
 from robot_app.mission.trials import replay_trial

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from logs.trial import records
-from logs.trial.file import TrialReader
+from logs.trial.reader import TrialReader
 from robot_app.console.open_trial import OpenTrial
 from robot_app.console.snapshots import LiveMission
 from robot_app.mission.view import HANDLERS, MissionView

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from drivers.ports import CameraFrame
 from logs.trial import records
-from logs.trial.file import TrialReader
+from logs.trial.reader import TrialReader
 from openbelief import ObjectMemory, Observation
 from openbelief.observation import Intrinsics
 from robot_app.cli import main

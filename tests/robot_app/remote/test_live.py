@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from drivers.ros.zenoh_link import ZenohLink
-from logs.trial.file import TrialReader
+from logs.trial.reader import TrialReader
 from robot_app.config import load_config
 from robot_app.remote.asking import RemoteAsking
 from robot_app.remote.client import RemoteClient, RemoteOperator

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from logs.trial.file import TrialReader
+from logs.trial.reader import TrialReader
 from logs.trial.records import GoalAnswer, Spoken
 from robot_app.cli import main
 from robot_app.voice.audio import clip_of_wav, read_wav
