@@ -33,6 +33,7 @@ class Talk:
     """Understands what pages say. The recogniser opens at first use.
 
     note: keeps it in the trial under way. quiet: stops our own voice on every page while one of them listens.
+    listener: instead of the one that `voice` names.
     """
 
     def __init__(
@@ -42,10 +43,11 @@ class Talk:
         operator: SharedOperator,
         note: Callable[[Entry], None],
         quiet: Callable[[bool], None] = lambda _: None,
+        listener: Listener | None = None,
     ) -> None:
         self._voice, self._phrases, self._operator, self._note = voice, phrases, operator, note
         self._quiet = quiet
-        self._listener: Listener | None = None
+        self._listener = listener
         self._lock = threading.Lock()
         self._heard: OrderedDict[int, tuple[str, Utterance]] = OrderedDict()
         self._count = 0

@@ -10,11 +10,13 @@ import os
 import queue
 import re
 import shutil
+import socket
 import subprocess
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -28,6 +30,14 @@ ASKED_FOR = "OPENBELIEF_BROWSER"
 SCREENSHOTS = os.environ.get("OPENBELIEF_SCREENSHOTS", "")
 PATIENCE_S = 40.0  # for one step, on a machine that does other work too
 MANY = 2000
+CARD = {
+    "id": 105,
+    "label": "seven of clubs",
+    "shape": "box",
+    "position": [2.6, 3.7],
+    "size": [0.35, 0.25, 0.4],
+    "colour": "white",
+}
 DESKTOP, PHONE = {"width": 1440, "height": 900}, {"width": 390, "height": 844}
 
 
@@ -110,21 +120,44 @@ class Site:
     folder: Path
     program: Program
 
+    @property
+    def config(self) -> Path:
+        return self.folder / "robot.toml"
+
 
 @pytest.fixture(scope="session")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
     from robot_app.cli import main
 
     folder = tmp_path_factory.mktemp("site") / "demo-out"
-    scene = [] if SCREENSHOTS else ["--scene", str(SMALL)]
+    scene = [] if SCREENSHOTS else ["--scene", str(with_a_card(folder.parent))]
     assert main(["demo", *scene, "--out", str(folder), "--json"]) == 0
     if not SCREENSHOTS:
         many_trials(folder)
-    paper_s = (folder / "robot.toml").read_text().replace('readout = "grounded"', 'readout = "consensus"')
-    (folder / "robot.toml").write_text(paper_s)  # whose first candidate is wrong here: the story that is told
+    config = (folder / "robot.toml").read_text()
+    config = config.replace(
+        'readout = "grounded"', 'readout = "consensus"'
+    )  # its first candidate is wrong here: the story
+    config = config.replace('serve = "off"', 'serve = "here"').replace("127.0.0.1:7450", f"127.0.0.1:{free_port()}")
+    (folder / "robot.toml").write_text(config)
     program = Program(folder / "robot.toml")
     yield Site(folder, program)
     program.end()
+
+
+def with_a_card(folder: Path) -> Path:
+    """The small room with one thing more on the floor: what a person asks for in Debian's recordings of voices."""
+    scene = json.loads(SMALL.read_text())
+    scene["objects"].append(CARD)
+    path = folder / "scene.json"
+    path.write_text(json.dumps(scene))
+    return path
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
 
 
 def many_trials(folder: Path) -> None:
@@ -212,13 +245,19 @@ class Tab:
 
 @pytest.fixture
 def open_tab(browser: Browser, site: Site) -> Iterator[Callable[..., Tab]]:
+    with tabs(browser, site) as opened:
+        yield opened
+
+
+@contextmanager
+def tabs(browser: Browser, site: Site) -> Iterator[Callable[..., Tab]]:
     """open_tab(role="operator", size=DESKTOP): a page of its own browser context, logged in by a pairing link."""
     contexts: list[BrowserContext] = []
 
-    def opened(role: str = "operator", size: dict[str, int] = DESKTOP, theme: str = "dark") -> Tab:
+    def opened(role: str = "operator", size: dict[str, int] = DESKTOP, theme: str = "dark", script: str = "") -> Tab:
         context = browser.new_context(viewport=size, has_touch=size is PHONE, device_scale_factor=1)
         contexts.append(context)
-        context.add_init_script(f"localStorage.setItem('theme', '{theme}')")
+        context.add_init_script(f"localStorage.setItem('theme', '{theme}'); {script}")
         tab = Tab(context.new_page(), site)
         tab.listen()
         tab.page.goto(site.program.link(role))

@@ -13,7 +13,12 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection
 
 from logs.trial.records import Spoken
+from robot_app.config import VoiceSection
+from robot_app.console.talk import Talk
+from robot_app.voice import spoken_stop
 from robot_app.voice.audio import read_wav
+from robot_app.voice.listener import Listener
+from tests.robot_app.voice.conftest import ScriptedRecogniser
 from tests.support.waiting import until
 
 SPEECH = Path(__file__).parents[1] / "voice" / "speech"
@@ -57,6 +62,26 @@ def test_a_spoken_stop_stops_without_the_command_and_is_kept_in_the_trial_under_
     assert because.startswith("ada spoke: ") and "emergency" not in because
     [note] = console.kept
     assert note.record.asked == "stop"
+
+
+STOPS = sorted(spoken_stop.WORDS | spoken_stop.NEAR_MISSES)
+
+
+@pytest.mark.parametrize("words", [*STOPS, "please stop", "stop stop stop", "halt now", "hey step", "it's top"])
+def test_each_stop_and_each_near_miss_stops_alone_or_with_a_word_beside_it(console, words):
+    listener = Listener(ScriptedRecogniser(words))
+    talk = Talk(VoiceSection(), tuple, console.operator, console.kept.append, listener=listener)
+    assert talk.understood(said("stop"), "ada")["stop"] in words
+    assert console.operator.stop_requested().who == "ada" and console.kept[0].record.transcript == words
+
+
+@pytest.mark.parametrize("words", ["step ladder", "stock pot", "red chair", "the top shelf", "yes", "no"])
+def test_what_is_no_stop_stops_nothing(console, words):
+    talk = Talk(
+        VoiceSection(), tuple, console.operator, console.kept.append, listener=Listener(ScriptedRecogniser(words))
+    )
+    assert talk.understood(said("yes"), "ada")["stop"] is None
+    assert console.operator.stop_requested() is None and console.kept == []
 
 
 def test_one_socket_serves_one_utterance_after_the_other(console):
