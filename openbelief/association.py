@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from openbelief.arrays import Array, points_array
+from openbelief.arrays import Array, bounds, points_array
 from openbelief.evidence import digest
 from openbelief.observation import Observation
 from openbelief.parameters import Parameters
@@ -137,8 +137,7 @@ def extent_alarms(observations: Sequence[Observation], labels: Array, parameters
     alarms = []
     for label in np.unique(labels).tolist():
         members = [observations[i] for i in np.flatnonzero(np.asarray(labels) == label).tolist()]
-        lows = np.array([o.points.min(axis=0) for o in members])
-        highs = np.array([o.points.max(axis=0) for o in members])
+        lows, highs = np.array([bounds(o.points) for o in members]).swapaxes(0, 1)
         extent = float((highs.max(axis=0) - lows.min(axis=0)).max())
         if because := _too_long(extent, float(np.median((highs - lows).max(axis=1))), parameters):
             alarms.append(ExtentAlarm(label, extent, because))

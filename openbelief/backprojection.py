@@ -28,9 +28,12 @@ def backproject(pixels: Array, frame: RgbdFrame, parameters: Parameters) -> Arra
     depth_m = frame.depth_m[box]
     measured = (depth_m >= parameters.depth_min_m) & (depth_m <= parameters.depth_max_m)  # NaN compares false
     measured &= mask[box]
-    z = depth_m[measured].astype(np.float64)
-    ray_x, ray_y = ray_table(frame.intrinsics)
-    points_camera = np.stack((ray_x[box][measured] * z, ray_y[box][measured] * z, z))
+    at = np.flatnonzero(measured)
+    points_camera = np.empty((3, len(at)))
+    z = points_camera[2]
+    z[:] = depth_m.ravel()[at]
+    for axis, rays in zip(points_camera, ray_table(frame.intrinsics), strict=False):
+        np.multiply(rays[box].ravel()[at], z, out=axis)
     T = frame.T_map_camera
     points = T[:3, :3] @ points_camera
     points += T[:3, 3:]
@@ -76,6 +79,25 @@ def snap(points: Array, voxel_m: float) -> Array:
     points: (n, 3), finite, n may be 0. Voxels are aligned with the map's axes, so two clouds share their voxels.
     """
     return occupied_voxels(points, voxel_m).centres()
+
+
+def distinct_points(points: Array, voxel_m: float) -> Array:
+    """The distinct rows of (n, 3) float32 points, in lexicographic order; as voxels where all are voxels' centres."""
+    if _centred(points, voxel_m):
+        return occupied_voxels(points, voxel_m).centres()
+    ordered = points[np.lexsort(points.T[::-1])]
+    return ordered[np.append(True, (ordered[1:] != ordered[:-1]).any(axis=1))]
+
+
+def _centred(points: Array, voxel_m: float) -> bool:
+    """Is every point, to the bit, what `Voxels.centres` gives for its voxel, and for no other one?"""
+    centres = points.astype(np.float64)
+    centres /= voxel_m
+    np.floor(centres, out=centres)
+    tell_apart = np.abs(centres).max(initial=0.0) < 1 << 22  # two bits less than float32 has
+    centres += 0.5
+    centres *= voxel_m
+    return bool(tell_apart and np.array_equal(centres.astype(np.float32), points))
 
 
 def occupied_voxels(points: Array, voxel_m: float) -> Voxels:

@@ -61,17 +61,26 @@ def phrase_support(observations: Sequence[Observation], parameters: Parameters) 
 
 
 def consolidate(embeddings: Array, threshold: float) -> list[list[int]]:
-    """Phrase clusters C_ik: average linkage on the cosine of (n, d) unit rows, joined at or above `threshold`."""
+    """Phrase clusters C_ik: average linkage on the cosine of (n, d) unit rows, joined at or above `threshold`.
+
+    Written out: an object has a handful of phrases, and scipy's takes longer to be imported and asked.
+    """
     if len(embeddings) < 2:
         return [[i] for i in range(len(embeddings))]
-    from scipy.cluster.hierarchy import fcluster, linkage
-    from scipy.spatial.distance import squareform
-
     distances = np.clip(1.0 - embeddings @ embeddings.T, 0.0, None)
-    np.fill_diagonal(distances, 0.0)
-    tree = linkage(squareform((distances + distances.T) / 2, checks=False), method="average")
-    labels = fcluster(tree, 1.0 - threshold + ROUNDING_COSINE, criterion="distance")
-    return [np.flatnonzero(labels == label).tolist() for label in np.unique(labels)]
+    distances = (distances + distances.T) / 2
+    np.fill_diagonal(distances, np.inf)
+    clusters, sizes = [[i] for i in range(len(distances))], np.ones(len(distances))
+    while True:
+        one, other = divmod(int(distances.argmin()), len(distances))
+        if not distances[one, other] <= 1.0 - threshold + ROUNDING_COSINE:
+            return sorted(sorted(members) for members in clusters if members)
+        mean = (sizes[one] * distances[one] + sizes[other] * distances[other]) / (sizes[one] + sizes[other])
+        distances[one] = distances[:, one] = mean
+        distances[other] = distances[:, other] = np.inf
+        clusters[one] += clusters[other]
+        sizes[one] += sizes[other]
+        clusters[other] = []
 
 
 def smoothed(support: Array, alpha: float) -> Array:

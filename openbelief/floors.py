@@ -62,7 +62,7 @@ def floors_of(surroundings: Surroundings, clouds: Sequence[Array]) -> tuple[Floo
     edges = [-1000.0, *(height - UNDER_FLOOR_M for height in heights[1:]), 1000.0]
     ranges = list(pairwise(edges))
     return tuple(
-        Floor(i, round(height, 3), ranges[i], _grid_of(surroundings.maps, height, _of_storey(seen, height, ranges[i])))
+        Floor(i, round(height, 3), ranges[i], _grid_of(surroundings.maps, seen, height, ranges[i]))
         for i, height in enumerate(heights)
     )
 
@@ -117,14 +117,20 @@ def _of_storey(seen: _Seen, height: float, heights_m: tuple[float, float]) -> Ar
     return seen.points[own & (z > height - UNDER_FLOOR_M) & (z < min(height + HEADROOM_M, heights_m[1]))]
 
 
-def _grid_of(maps: Sequence[StoreyMap], height: float, points: Array) -> OccupancyGrid | None:
+def _grid_of(
+    maps: Sequence[StoreyMap], seen: _Seen, height: float, heights_m: tuple[float, float]
+) -> OccupancyGrid | None:
     """The navigation map of this floor; else one that agrees with what was seen of it; else one made of that."""
-    own = [m for m in maps if abs(m.height_m - height) < SAME_HEIGHT_M]
-    seen = from_points(points) if len(points) else None
-    agreeing = own or [m for m in maps if seen is not None and _agrees(m.grid, seen)]
-    if agreeing:
-        return max(agreeing, key=lambda m: int((m.grid.cells >= 0).sum())).grid
-    return seen
+    if own := [m for m in maps if abs(m.height_m - height) < SAME_HEIGHT_M]:
+        return _largest(own)
+    points = _of_storey(seen, height, heights_m)
+    made = from_points(points) if len(points) else None
+    agreeing = [m for m in maps if made is not None and _agrees(m.grid, made)]
+    return _largest(agreeing) if agreeing else made
+
+
+def _largest(maps: Sequence[StoreyMap]) -> OccupancyGrid:
+    return max(maps, key=lambda m: int((m.grid.cells >= 0).sum())).grid
 
 
 def _agrees(grid: OccupancyGrid, seen: OccupancyGrid) -> bool:

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from openbelief.arrays import Array, read_only
-from openbelief.backprojection import occupied_voxels
+from openbelief.arrays import Array, bounds, read_only
+from openbelief.backprojection import distinct_points, occupied_voxels
 from openbelief.belief import (
     Concept,
     concepts,
@@ -48,14 +48,14 @@ class _Columns:
         """B_i of its observations, in canonical order."""
         support = phrase_support(members, self._parameters)
         hypotheses = concepts(members, self._embeddings, self._threshold, self._parameters)
-        points = unique_rows(np.concatenate([o.points for o in members]))
+        points = distinct_points(np.concatenate([o.points for o in members]), self._parameters.voxel_m)
         heaviest = max(support, key=support.__getitem__, default=None)
         self._dims["D"] = len(members[0].feature)
         row = {
             "feature": visual_feature(members, self._parameters),
             "consensus": _consensus(hypotheses, self._dims["d"]),
             "trusted": trust(members, self._parameters) == "trusted",
-            "aabb": np.array([points.min(axis=0), points.max(axis=0)]),
+            "aabb": bounds(points),
             "centroid": voxel_centroid(points, self._parameters.voxel_m),
             "frames": len({(o.recording, o.frame) for o in members}),
             "heaviest": -1 if heaviest is None else self._row[heaviest],
@@ -96,12 +96,6 @@ def _consensus(hypotheses: Sequence[Concept], dim: int) -> Array:
     belief = np.array([c.belief for c in hypotheses])
     rows = np.array([c.embedding for c in hypotheses], dtype=np.float64)
     return consensus(belief, rows).astype(np.float32)
-
-
-def unique_rows(rows: Array) -> Array:
-    """The distinct rows of (n, 3), in lexicographic order; five times as fast as np.unique over an axis."""
-    ordered = rows[np.lexsort(rows.T[::-1])]
-    return ordered[np.append(True, (ordered[1:] != ordered[:-1]).any(axis=1))]
 
 
 def voxel_centroid(points: Array, voxel_m: float) -> Array:

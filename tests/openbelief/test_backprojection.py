@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from openbelief.backprojection import backproject, snap
+from openbelief.backprojection import backproject, distinct_points, snap
 from openbelief.observation import Intrinsics, RgbdFrame
 from openbelief.parameters import Parameters
 from openbelief.pose import transform
@@ -57,3 +57,15 @@ def test_snapping_keeps_one_point_per_voxel_and_is_idempotent(seed: int, n: int,
 
 def test_snapping_nothing_gives_nothing() -> None:
     assert snap(np.zeros((0, 3)), 0.02).shape == (0, 3)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 300), st.sampled_from([0.02, 0.05]), st.floats(-50.0, 1e6))
+@settings(max_examples=60, deadline=None)
+def test_distinct_points_are_the_distinct_rows_of_snapped_and_of_raw_clouds(
+    seed: int, n: int, voxel: float, away: float
+) -> None:
+    rng = np.random.default_rng(seed)
+    raw = (rng.uniform(-0.1, 0.1, (n, 3)) + away).astype(np.float32)
+    for cloud in (raw, snap(raw, voxel), np.concatenate((snap(raw, voxel), raw[:1]))):
+        repeated = cloud[rng.integers(0, len(cloud), 2 * len(cloud))]
+        np.testing.assert_array_equal(distinct_points(repeated, voxel), np.unique(repeated, axis=0))

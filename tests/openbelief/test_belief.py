@@ -42,6 +42,23 @@ def test_average_linkage_looks_at_all_pairs_not_at_the_nearest():
     assert sorted(len(members) for members in consolidate(rows, 0.80)) == [1, 2]
 
 
+@given(st.integers(0, 2**32 - 1), st.integers(2, 24), st.integers(2, 8), st.floats(0.1, 0.98), st.booleans())
+@settings(max_examples=150, deadline=None)
+def test_average_linkage_is_scipy_s(seed, count, dim, threshold, repeated):
+    from scipy.cluster.hierarchy import fcluster, linkage
+    from scipy.spatial.distance import squareform
+
+    rng = np.random.default_rng(seed)
+    rows = rng.normal(size=(count, dim))
+    rows = rows[rng.integers(0, count, count)] if repeated else rows
+    rows /= np.linalg.norm(rows, axis=1, keepdims=True)
+    apart = np.clip(1.0 - rows @ rows.T, 0.0, None)
+    np.fill_diagonal(apart, 0.0)
+    tree = linkage(squareform((apart + apart.T) / 2, checks=False), method="average")
+    labels = fcluster(tree, 1.0 - threshold + 1e-6, criterion="distance")
+    assert consolidate(rows, threshold) == sorted(np.flatnonzero(labels == label).tolist() for label in set(labels))
+
+
 def test_threshold_follows_the_encoder_unless_it_is_set():
     assert synonym_threshold(Parameters(), "nobody knows") == 0.80
     assert synonym_threshold(Parameters(), "clip:MobileCLIP2-S4@0123456789ab-fp32") == 0.90
