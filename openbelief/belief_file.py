@@ -38,6 +38,7 @@ from openbelief.node_table import COLUMNS as NODE_COLUMNS
 from openbelief.observation import Observation
 from openbelief.parameters import Parameters
 from openbelief.rooms import rooms_of
+from openbelief.settings import first_complaint
 from openbelief.store_rows import COLUMNS, FRAMES, first_seal, floats, from_row, row_digest, seal
 from openbelief.stored_observations import Key, StoredObservations
 from openbelief.surroundings import Surroundings, ViewImages
@@ -80,8 +81,7 @@ def read_meta(db: sqlite3.Connection) -> FileMeta:
     try:
         return FileMeta.model_validate(values)
     except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        raise ValueError(f"its {'.'.join(map(str, first['loc']))}: {first['msg']}") from error
+        raise ValueError(f"its {first_complaint(error)}") from error
 
 
 def read_frames(db: sqlite3.Connection) -> tuple[FrameRecord, ...]:

@@ -46,6 +46,14 @@ COMPLAINTS = {
 UNKNOWN = ("unexpected_keyword_argument", "extra_forbidden")
 
 
+def first_complaint(error: ValidationError, whole: str = "") -> str:
+    """ "WHERE: what is wrong there" of the first thing that pydantic found. whole: the name of all of it."""
+    first = error.errors(include_url=False, include_input=False)[0]
+    where = ".".join(str(part) for part in first["loc"]) or whole
+    what = "unknown key" if first["type"] in UNKNOWN else first["msg"].removeprefix("Value error, ")
+    return f"{where}: {what}" if where else what
+
+
 def in_one_line(noun: str) -> Callable[[type[Settings]], type[Settings]]:
     """Class decorator over a pydantic dataclass: ValueError "NOUN NAME should be ..., got ..." for a refused value."""
 
@@ -72,7 +80,7 @@ def _complaint(cls: type, noun: str, error: ValidationError) -> str:
         known = ", ".join(sorted(cls.__dataclass_fields__))  # type: ignore[attr-defined]
         return f"Unknown {noun[0].lower()}{noun[1:]} {name!r}; known are {known}."
     if kind == "value_error":
-        return str(first["ctx"]["error"])
+        return f"{noun} {name}: {first['ctx']['error']}" if name else str(first["ctx"]["error"])
     said = COMPLAINTS.get(kind)
     words = said.format(**first.get("ctx", {})) if said else first["msg"]
     return f"{noun} {name} {words}, got {first['input']!r:.80}."

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import ipaddress
 import re
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -12,16 +11,17 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 
 from behaviors.policy import MissionPolicy
 from behaviors.supervisor import SafetyPolicy
-from drivers.realsense.messages import COLOR_SIZES
+from drivers.livox.settings import LivoxSettings
+from drivers.realsense.messages import RealSenseSettings
 from openbelief.arrays import Array
 from openbelief.documents import from_toml
 from openbelief.grounded.options import GroundedOptions
 from openbelief.parameters import Parameters
 from openbelief.pose import quaternion_from_rpy, transform
+from openbelief.settings import Positive, first_complaint
 
 Body = Literal["real", "ros", "replay", "sim"]
 Distribution = Literal["auto", "humble", "jazzy", "kilted", "lyrical"]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 ENDPOINT = re.compile(r"(tcp|tls)/(\[[^]\s]+\]|[^][\s:/]+):(?P<port>\d{1,5})([?#]\S*)?")  # two of zenoh's protocols
 
@@ -43,7 +43,7 @@ CORRECTION = ("tau_nu", "tau_q", "tau_arr", "k_max")  # what robot.toml may chan
 
 
 class Section(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class PortsSection(Section):
@@ -147,40 +147,6 @@ class SimSection(Section):
     scene: str = "flat"
     seed: int = 1
     camera_rate_hz: Positive | None = 1.0  # None (not sayable in TOML): only when the walk asks for a picture
-
-
-class RealSenseSection(Section):
-    """The D435i behind a camera that is "real". serial: which one, where there are several. imu: whether to open it."""
-
-    serial: str | None = None
-    color_size: tuple[int, int] = (848, 480)
-    frame_id: str = "camera_color_optical_frame"
-    imu: bool = True
-
-    @field_validator("color_size")
-    @classmethod
-    def _offered(cls, size: tuple[int, int]) -> tuple[int, int]:
-        if size not in COLOR_SIZES:
-            raise ValueError(f"the camera offers {' and '.join(map(str, map(list, COLOR_SIZES)))}, not {list(size)}")
-        return size
-
-
-class LivoxSection(Section):
-    """The MID-360 behind a lidar that is "real": its address and this machine's; ports are the factory's."""
-
-    lidar_ip: str = "192.168.123.120"
-    host_ip: str = "192.168.123.164"
-    frame_id: str = "livox_frame"
-    take_control: bool = False
-
-    @field_validator("lidar_ip", "host_ip")
-    @classmethod
-    def _address(cls, address: str) -> str:
-        try:
-            ipaddress.IPv4Address(address)
-        except ValueError as error:
-            raise ValueError(f"an IPv4 address like 192.168.123.120 is needed, not {address!r}") from error
-        return address
 
 
 class OnboardSection(Section):
@@ -299,8 +265,8 @@ class Config(Section):
     replay: ReplaySection = ReplaySection()
     sim: SimSection = SimSection()
     recording: RecordingSection = RecordingSection()
-    realsense: RealSenseSection = RealSenseSection()
-    livox: LivoxSection = LivoxSection()
+    realsense: RealSenseSettings = RealSenseSettings()
+    livox: LivoxSettings = LivoxSettings()
     onboard: OnboardSection = OnboardSection()
     console: ConsoleSection = ConsoleSection()
     perception: PerceptionSection = PerceptionSection()
@@ -346,7 +312,7 @@ def load_config(path: Path) -> Config:
     try:
         config = Config.model_validate(values)
     except ValidationError as error:
-        raise ConfigError(f"{path}: {_first_complaint(error)}") from error
+        raise ConfigError(f"{path}: {first_complaint(error, 'the file')}") from error
     return _resolve_paths(config, path.resolve().parent)
 
 
@@ -356,17 +322,7 @@ def with_recording(config: Config, **told: str | None) -> Config:
     try:
         return config.model_copy(update={"recording": RecordingSection.model_validate(values)})
     except ValidationError as error:
-        raise ConfigError(f"[recording] {_first_complaint(error)}") from error
-
-
-UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")
-
-
-def _first_complaint(error: ValidationError) -> str:
-    first = error.errors()[0]
-    where = ".".join(str(part) for part in first["loc"]) or "the file"
-    what = "unknown key" if first["type"] in UNKNOWN_KEY else first["msg"].removeprefix("Value error, ")
-    return f"{where}: {what}"
+        raise ConfigError(f"[recording] {first_complaint(error, 'the file')}") from error
 
 
 def _resolve_paths(config: Config, base: Path) -> Config:

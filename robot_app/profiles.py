@@ -6,11 +6,22 @@ import os
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError
 
 from openbelief.documents import from_toml
+from openbelief.perception.vlm_config import (
+    Concurrency,
+    Endpoint,
+    Model,
+    Patience,
+    PictureFormat,
+    PictureKind,
+    Side,
+    VlmConfig,
+)
+from openbelief.settings import Positive, first_complaint
 from robot_app.cli import Failure
 
 if TYPE_CHECKING:
@@ -21,25 +32,24 @@ if TYPE_CHECKING:
     from openbelief.perception.vlm import VlmProposer
 
 BUILT_IN = Path(__file__).with_name("paper.toml")
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
 class ProfileSection(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class Vlm(ProfileSection):
     """An OpenAI-compatible server. The key itself stands in an environment variable, never in the file."""
 
-    endpoint: str
-    model: str
+    endpoint: Endpoint
+    model: Model
     api_key_env: str | None = None
     timeout_s: Positive = 60.0
-    patience_s: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 300.0
-    concurrency: Annotated[int, Field(ge=1, le=64)] = 4
+    patience_s: Patience = 300.0
+    concurrency: Concurrency = 4
     requests_per_minute: Positive | None = None
-    picture: Literal["jpeg", "png"] = "jpeg"
-    max_side_px: Annotated[int, Field(ge=32, le=8192)] = 1024
+    picture: PictureKind = "jpeg"
+    max_side_px: Side = 1024
 
 
 class Arrival(ProfileSection):
@@ -49,7 +59,7 @@ class Arrival(ProfileSection):
     """
 
     timeout_s: Positive = 15.0
-    patience_s: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 10.0
+    patience_s: Patience = 10.0
     budget_s: Positive = 6.0
 
 
@@ -69,10 +79,7 @@ def load_profile(name: str) -> tuple[Profile, Path]:
     try:
         profile = Profile.model_validate(from_toml(path.read_text(encoding="utf-8")))
     except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        where = ".".join(str(part) for part in first["loc"])
-        what = "unknown key" if first["type"] == "extra_forbidden" else first["msg"]
-        raise Failure(f"{path}: {where}: {what}") from error
+        raise Failure(f"{path}: {first_complaint(error)}") from error
     except (OSError, ValueError) as error:
         raise Failure(f"{path}: cannot be read as TOML: {error}") from error
     return profile, path.resolve().parent if name else Path()
@@ -115,8 +122,7 @@ def profile_text_encoder(name: str) -> TextEncoder:
 
 
 def _proposer(profile: Profile, clock: RetryClock, tell: Callable[[str], None], arrival: bool) -> VlmProposer:
-    from openbelief.perception.vlm import VlmConfig, VlmProposer
-    from openbelief.perception.vlm_picture import PictureFormat
+    from openbelief.perception.vlm import VlmProposer
 
     vlm = profile.vlm
     limits = profile.arrival if arrival else vlm

@@ -6,7 +6,6 @@ the sockets a hundred times a second, which costs less than waking for each of 2
 
 from __future__ import annotations
 
-import ipaddress
 import socket
 import threading
 from collections.abc import Callable
@@ -16,6 +15,7 @@ from types import TracebackType
 from drivers.livox.assembler import LivoxCloud
 from drivers.livox.intake import DatagramDecoder, LidarState, LivoxImuSample
 from drivers.livox.keys import Key
+from drivers.livox.settings import LivoxPorts, LivoxSettings
 from drivers.livox.takeover import LivoxControl, redirect
 from drivers.ports import Clock, LinkLost, PortError, StaleData
 
@@ -23,31 +23,6 @@ RECEIVE_BUFFER = 8 * 1024 * 1024  # asked for; Linux grants twice net.core.rmem_
 DRAIN_EVERY_S = 0.01
 DRAIN_AT_MOST = 4096  # datagrams of one port before the others have their turn
 DATAGRAM = 2048  # longer than any packet of the lidar
-
-
-@dataclass(frozen=True, kw_only=True)
-class LivoxSettings:
-    """Addresses and ports; the ports are the factory's. A host port of 0 takes any free one."""
-
-    lidar_ip: str
-    host_ip: str
-    points_port: int = 56301
-    imu_port: int = 56401
-    push_port: int = 56201
-    command_port: int = 56101
-    lidar_command_port: int = 56100
-    lidar_points_port: int = 56300
-    lidar_imu_port: int = 56400
-    lidar_push_port: int = 56200
-    frame_id: str = "livox_frame"
-    take_control: bool = False
-
-    def __post_init__(self) -> None:
-        for name in ("lidar_ip", "host_ip"):
-            try:
-                ipaddress.IPv4Address(getattr(self, name))
-            except ValueError as error:
-                raise ValueError(f"{name} must be an IPv4 address like 192.168.1.50: {error}.") from error
 
 
 @dataclass(frozen=True)
@@ -82,8 +57,8 @@ class LivoxLidar:
     Raises PortError from `start` where a port is taken, LinkLost from any read once the receiver has failed.
     """
 
-    def __init__(self, settings: LivoxSettings, clock: Clock) -> None:
-        self._settings, self._clock = settings, clock
+    def __init__(self, settings: LivoxSettings, clock: Clock, ports: LivoxPorts | None = None) -> None:
+        self._settings, self._clock, self._ports = settings, clock, ports or LivoxPorts()
         self._intake = DatagramDecoder(settings.frame_id)
         self._lock, self._stop = threading.Lock(), threading.Event()
         self._sockets: dict[str, socket.socket] = {}
@@ -123,7 +98,7 @@ class LivoxLidar:
 
     @property
     def ports(self) -> dict[str, int]:
-        """The bound host ports by stream; useful where the settings said 0."""
+        """The bound host ports by stream; useful where LivoxPorts says 0."""
         return {name: connection.getsockname()[1] for name, connection in self._sockets.items()}
 
     def latest(self, max_age_s: float) -> LivoxCloud:
@@ -179,7 +154,7 @@ class LivoxLidar:
             )
 
     def _listen(self, name: str) -> socket.socket:
-        address = (self._settings.host_ip, getattr(self._settings, f"{name}_port"))
+        address = (self._settings.host_ip, getattr(self._ports, name))
         connection = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
             connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)
@@ -194,15 +169,15 @@ class LivoxLidar:
         return connection
 
     def _take_control(self) -> None:
-        settings, ports = self._settings, self.ports
+        settings, lidar, ports = self._settings, self._ports, self.ports
         with self._listen("command") as connection:
             redirect(
-                LivoxControl(connection, (settings.lidar_ip, settings.lidar_command_port)),
+                LivoxControl(connection, (settings.lidar_ip, lidar.lidar_command)),
                 settings.host_ip,
                 {
-                    Key.STATE_DESTINATION: (ports["push"], settings.lidar_push_port),
-                    Key.POINTS_DESTINATION: (ports["points"], settings.lidar_points_port),
-                    Key.IMU_DESTINATION: (ports["imu"], settings.lidar_imu_port),
+                    Key.STATE_DESTINATION: (ports["push"], lidar.lidar_push),
+                    Key.POINTS_DESTINATION: (ports["points"], lidar.lidar_points),
+                    Key.IMU_DESTINATION: (ports["imu"], lidar.lidar_imu),
                 },
             )
 

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Annotated
+
+from pydantic import AfterValidator
+from pydantic.dataclasses import dataclass as settings
 
 from drivers.ports import CameraFrame
 from openbelief.arrays import Array
 from openbelief.observation import Intrinsics
+from openbelief.settings import CHECKED, Flag, Whole, in_one_line
 
 DEPTH_SIZE = (848, 480)
 COLOR_SIZES = ((848, 480), (1280, 720))
@@ -30,22 +35,24 @@ class CameraRefused(CameraGone):
     """No restart helps; the operator has to change something."""
 
 
-@dataclass(frozen=True, kw_only=True)
+def _offered(size: tuple[int, int]) -> tuple[int, int]:
+    if size not in COLOR_SIZES:
+        raise ValueError(f"the camera offers {' and '.join(map(str, map(list, COLOR_SIZES)))}, not {list(size)}")
+    return size
+
+
+@in_one_line("Camera setting")
+@settings(frozen=True, kw_only=True, config=CHECKED)
 class RealSenseSettings:
     """serial: None takes the only camera there is. color_size: (width, height), what depth is aligned to as well.
 
-    imu: False leaves the camera's IMU alone.
+    imu: False leaves the camera's IMU alone. Raises ValueError on a size that the camera does not offer.
     """
 
     serial: str | None = None
-    color_size: tuple[int, int] = (848, 480)
+    color_size: Annotated[tuple[Whole, Whole], AfterValidator(_offered)] = (848, 480)
     frame_id: str = "camera_color_optical_frame"
-    imu: bool = True
-
-    def __post_init__(self) -> None:
-        if self.color_size not in COLOR_SIZES:
-            sizes = " or ".join(f"{width}x{height}" for width, height in COLOR_SIZES)
-            raise ValueError(f"color_size must be {sizes}, got {self.color_size}.")
+    imu: Flag = True
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ from logs.trial.header import (
 from logs.trial.journal import Entry, Sound
 from logs.trial.records import RECORDS, Cloud, Ended, Frame, MapUsed, Query, Record, Spoken
 from openbelief.documents import from_json
+from openbelief.settings import first_complaint
 from openbelief.traversability import OccupancyGrid
 
 
@@ -141,6 +142,5 @@ def _known_format(path: Path, identity: dict[str, str]) -> dict[str, str]:
 def _first_words(error: Exception) -> str:
     """One line; of pydantic's several, the field and what is wrong with it."""
     if isinstance(error, ValidationError):
-        first = error.errors(include_url=False)[0]
-        return f"{'.'.join(map(str, first['loc'])) or 'it'}: {first['msg']}"
+        return first_complaint(error, "it")
     return str(error).splitlines()[0] if str(error) else type(error).__name__

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from openbelief.arrays import Array, unit_vector
 from openbelief.observation import Mask, Rle, decode_rle, encode_rle, mask_bbox
+from openbelief.settings import first_complaint
 
 FORMAT = "openbelief.perception/1"
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -90,8 +91,4 @@ def line_of(stamp_ns: int, mask: Mask, masks_in_frame: int) -> MaskLine:
 
 def one_line(error: ValueError) -> str:
     """The first thing that is wrong, in one line: "confidence: Input should be less than or equal to 1"."""
-    if not isinstance(error, ValidationError):
-        return str(error)
-    first = error.errors(include_url=False, include_input=False)[0]
-    where = ".".join(str(part) for part in first["loc"])
-    return f"{where}: {first['msg']}" if where else str(first["msg"])
+    return first_complaint(error) if isinstance(error, ValidationError) else str(error)

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from functools import cached_property
 from threading import Event, Lock
 from typing import Any, TypeVar
-from urllib.parse import urlsplit
 
 from pydantic import BaseModel, Field, ValidationError
 
@@ -23,8 +20,9 @@ from openbelief.perception.retry import (
     TransientFailure,
     patiently,
 )
+from openbelief.perception.vlm_config import VlmConfig
 from openbelief.perception.vlm_errors import BadAnswer, VlmError, translated
-from openbelief.perception.vlm_picture import PictureFormat, data_url
+from openbelief.perception.vlm_picture import data_url
 from openbelief.perception.vlm_prompt import DECODING, MAX_PHRASES, PROMPT, messages, prompt_id
 from openbelief.perception.vlm_reply import Garbage, phrases_of
 from openbelief.phrase import printable
@@ -34,35 +32,6 @@ Answer = TypeVar("Answer")
 TRIES_A_FRAME = 3  # batching makes even temperature 0 differ a little between tries
 BAD_FRAMES_IN_A_ROW = 5  # one odd picture is skipped; five say that the model or the server is wrong
 CONNECT_S = 5.0
-
-
-@dataclass(frozen=True)
-class VlmConfig:
-    """endpoint: up to and with /v1. timeout_s: for one answer. patience_s: how long a lost server is waited for.
-
-    concurrency: requests under way at once. requests_per_minute: None = as fast as they come. Raises ValueError.
-    """
-
-    endpoint: str
-    model: str
-    api_key: str | None = field(default=None, repr=False)
-    timeout_s: float = 60.0
-    patience_s: float = 300.0
-    concurrency: int = 4
-    requests_per_minute: float | None = None
-    picture: PictureFormat = field(default_factory=PictureFormat)
-
-    def __post_init__(self) -> None:
-        parts = urlsplit(self.endpoint)
-        if parts.scheme not in ("http", "https") or not parts.hostname:
-            raise ValueError(f"endpoint should be http(s)://HOST[:PORT]/v1, got {self.endpoint!r}.")
-        if not self.model.strip():
-            raise ValueError("model should name what the endpoint serves.")
-        for name in ("timeout_s", "concurrency", "requests_per_minute"):
-            if (value := getattr(self, name)) is not None and not 0 < value < math.inf:
-                raise ValueError(f"{name} should be greater than 0, got {value}.")
-        if not 0 <= self.patience_s < math.inf:
-            raise ValueError(f"patience_s should be 0 or more, got {self.patience_s}.")
 
 
 class VlmProposer:

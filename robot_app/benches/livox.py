@@ -28,12 +28,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> None:
     from drivers.clock import SystemClock
-    from drivers.livox.driver import LivoxLidar, LivoxSettings
+    from drivers.livox.driver import LivoxLidar
+    from drivers.livox.settings import LivoxPorts, LivoxSettings
 
-    settings = LivoxSettings(
-        lidar_ip="127.0.0.2", host_ip="127.0.0.1", points_port=0, imu_port=0, push_port=0, frame_id="livox_frame"
-    )
-    with LivoxLidar(settings, SystemClock()) as lidar:
+    settings = LivoxSettings(lidar_ip="127.0.0.2", host_ip="127.0.0.1")
+    with LivoxLidar(settings, SystemClock(), LivoxPorts(points=0, imu=0, push=0)) as lidar:
         result = _measure(lidar, options.seconds)
     if options.json:
         print_json(result)

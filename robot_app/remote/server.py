@@ -17,6 +17,7 @@ from logs.structured import neutralise
 from logs.trial.journal import Attached
 from logs.trial.records import Ended, Record
 from openbelief.memory import ObjectMemory
+from openbelief.settings import first_complaint
 from openbelief.target_phrase import target_phrase
 from robot_app.mission.lease import Lease, Refused
 from robot_app.mission.operator import Change, Notice, SharedOperator
@@ -68,9 +69,7 @@ class RemoteServer:
         try:
             return {"ok": True, **self._acts[kind](kind.model_validate_json(payload or b"{}"))}
         except ValidationError as error:
-            first = error.errors()[0]
-            where = ".".join(map(str, first["loc"])) or "the request"
-            return _refusal(f"That is no {kind.verb} request: {where}: {first['msg']}.")
+            return _refusal(f"That is no {kind.verb} request: {first_complaint(error, 'the request')}.")
         except (Refused, ValueError) as refused:
             return _refusal(str(refused))
 

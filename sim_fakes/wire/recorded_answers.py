@@ -12,7 +12,8 @@ from pathlib import Path
 
 from logs.frames.reader import FrameReader
 from openbelief.perception.recorded import RecordedPerception
-from openbelief.perception.vlm_picture import PictureFormat, encoded
+from openbelief.perception.vlm_config import PictureFormat
+from openbelief.perception.vlm_picture import encoded
 
 STYLES: tuple[Callable[[Sequence[str]], str], ...] = (
     "\n".join,

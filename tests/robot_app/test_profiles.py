@@ -89,7 +89,7 @@ REFUSED = {
     "no such recording": (RECORDED, "recorded:talk.jsonl", "talk.jsonl cannot be read"),
     "no such network": (RECORDED, "sam3:nothing", "nothing/model.json is missing"),
     "unknown device": (f'encoder = "{RECORDED}"', f'device = "tpu"\nencoder = "{RECORDED}"', "device: Input should be"),
-    "bad endpoint": ("http://", "", "endpoint should be http"),
+    "bad endpoint": ("http://", "", "vlm.endpoint: should be http"),
     "key not set": (VLM, f'{VLM}\napi_key_env = "NOT_SET_ANYWHERE"', "NOT_SET_ANYWHERE is not set"),
     "no server": (":8000", ":9", "127.0.0.1:9/v1 cannot be reached"),
 }

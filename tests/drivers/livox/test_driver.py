@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import socket
 import threading
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from drivers.livox import control_wire
 from drivers.livox.control_wire import CommandId
-from drivers.livox.driver import LivoxLidar, LivoxSettings
+from drivers.livox.driver import LivoxLidar
 from drivers.livox.keys import Key
+from drivers.livox.settings import LivoxPorts, LivoxSettings
 from drivers.livox.takeover import LivoxControl
 from drivers.ports import Lidar, LinkLost, PortError, StaleData
 from sim_fakes.sensors.livox_emulator import EmulatorSettings, LivoxEmulator
@@ -21,12 +23,13 @@ from support.waiting import until
 DEADLINE_S = 5.0
 STEP_NS = 20_000_000
 LIDAR_PORTS = dict.fromkeys(("search_port", "command_port", "push_port", "points_port", "imu_port"), 0)
-HOST_PORTS = dict.fromkeys(("points_port", "imu_port", "push_port", "command_port"), 0)
+SETTINGS = LivoxSettings(lidar_ip="127.0.0.2", host_ip="127.0.0.1")
 SILENT_PORT = 9  # discard: nobody listens there
 
 
-def settings(**options) -> LivoxSettings:
-    return LivoxSettings(lidar_ip="127.0.0.2", host_ip="127.0.0.1", **{**HOST_PORTS, **options})
+def ports(**taken: int) -> LivoxPorts:
+    """Free ones of this machine."""
+    return LivoxPorts(**({"points": 0, "imu": 0, "push": 0, "command": 0} | taken))
 
 
 class Bench:
@@ -61,7 +64,7 @@ def emulator(clock):
 @pytest.fixture
 def bench(clock, emulator: LivoxEmulator):
     """The lidar sends to the driver, as one that was set up before does."""
-    with LivoxLidar(settings(lidar_command_port=emulator.ports["command"]), clock) as lidar:
+    with LivoxLidar(SETTINGS, clock, ports(lidar_command=emulator.ports["command"])) as lidar:
         emulator.answers.destinations |= {name: ("127.0.0.1", port) for name, port in lidar.ports.items()}
         yield Bench(lidar, emulator, clock)
 
@@ -113,7 +116,10 @@ def test_a_passive_driver_sends_nothing(bench: Bench) -> None:
 
 
 def test_before_the_first_cloud_the_port_is_stale_and_says_what_to_check(clock) -> None:
-    with LivoxLidar(settings(), clock) as lidar, pytest.raises(StaleData, match=r"127\.0\.0\.2.*sends to this host"):
+    with (
+        LivoxLidar(SETTINGS, clock, ports()) as lidar,
+        pytest.raises(StaleData, match=r"127\.0\.0\.2.*sends to this host"),
+    ):
         lidar.latest(10.0)
 
 
@@ -153,13 +159,13 @@ def test_datagrams_from_another_address_are_left_out(bench: Bench) -> None:
 
 
 def test_taking_control_turns_the_lidars_streams_to_this_host(clock, answering: LivoxEmulator) -> None:
-    options = {"take_control": True, "lidar_command_port": answering.ports["command"]}
-    with LivoxLidar(settings(**options), clock) as lidar:
-        ports = lidar.ports
+    settings = replace(SETTINGS, take_control=True)
+    with LivoxLidar(settings, clock, ports(lidar_command=answering.ports["command"])) as lidar:
+        bound = lidar.ports
     written = {key: control_wire.parse_endpoint(answering.answers.written[key]) for key in (5, 6, 7)}
-    assert written[Key.POINTS_DESTINATION] == ("127.0.0.1", ports["points"], 56300)
-    assert written[Key.STATE_DESTINATION] == ("127.0.0.1", ports["push"], 56200)
-    assert answering.answers.destinations["imu"] == ("127.0.0.1", ports["imu"])
+    assert written[Key.POINTS_DESTINATION] == ("127.0.0.1", bound["points"], 56300)
+    assert written[Key.STATE_DESTINATION] == ("127.0.0.1", bound["push"], 56200)
+    assert answering.answers.destinations["imu"] == ("127.0.0.1", bound["imu"])
     assert answering.answers.written[Key.WORK_MODE] == b"\x01"
     assert {received.frame.command for received in answering.received} == {CommandId.SET}
 
@@ -174,7 +180,8 @@ def test_a_key_the_lidar_refuses_is_named_with_its_reason(answering: LivoxEmulat
 
 def test_a_lidar_that_does_not_answer_is_named(clock, answering: LivoxEmulator) -> None:
     answering.faults.silent = True
-    lidar = LivoxLidar(settings(take_control=True, lidar_command_port=answering.ports["command"]), clock)
+    settings = replace(SETTINGS, take_control=True)
+    lidar = LivoxLidar(settings, clock, ports(lidar_command=answering.ports["command"]))
     with pytest.raises(LinkLost, match="did not answer SET in 3 tries"):
         lidar.start()
     assert lidar.ports == {}
@@ -185,7 +192,7 @@ def test_a_taken_port_is_refused_with_its_number(clock) -> None:
         vendor.bind(("127.0.0.1", 0))
         port = vendor.getsockname()[1]
         with pytest.raises(PortError, match=f"127.0.0.1:{port}.*another program"):
-            LivoxLidar(settings(points_port=port), clock).start()
+            LivoxLidar(SETTINGS, clock, ports(points=port)).start()
 
 
 def test_a_failed_receiver_is_told_to_whoever_reads(clock) -> None:
@@ -196,7 +203,7 @@ def test_a_failed_receiver_is_told_to_whoever_reads(clock) -> None:
         def sleep(self, seconds: float) -> None:
             raise NotImplementedError
 
-    with LivoxLidar(settings(), StoppedClock()) as lidar:
+    with LivoxLidar(SETTINGS, StoppedClock(), ports()) as lidar:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
             sender.bind(("127.0.0.2", 0))
             sender.sendto(b"any", ("127.0.0.1", lidar.ports["points"]))
@@ -214,5 +221,5 @@ def test_a_failed_receiver_is_told_to_whoever_reads(clock) -> None:
 
 
 def test_a_name_in_place_of_an_address_is_refused() -> None:
-    with pytest.raises(ValueError, match="lidar_ip must be an IPv4 address"):
+    with pytest.raises(ValueError, match="lidar_ip: an IPv4 address like"):
         LivoxSettings(lidar_ip="lidar.local", host_ip="127.0.0.1")

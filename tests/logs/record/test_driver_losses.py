@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 
 from drivers.clock import SimClock, SystemClock
-from drivers.livox.driver import LivoxLidar, LivoxSettings
+from drivers.livox.driver import LivoxLidar
 from drivers.livox.intake import KEPT_CLOUDS
+from drivers.livox.settings import LivoxPorts, LivoxSettings
 from drivers.ports import LinkLost
 from drivers.realsense.camera import RealSenseCamera
 from drivers.realsense.messages import CameraImuSample, RealSenseFrame, RealSenseSettings, StreamCounts, TimestampDomain
@@ -30,7 +31,7 @@ from sim_fakes.sensors.realsense_software import Fault, TwinSpec, TwinState, box
 from support.waiting import until
 
 CAMERA = Intrinsics(fx=60.0, fy=60.0, cx=32.0, cy=24.0, width=64, height=48)
-FREE_PORTS = ("points_port", "imu_port", "push_port", "command_port")
+FREE_PORTS = ("points", "imu", "push", "command")
 NETWORK = "packets lost on the network"
 
 
@@ -69,8 +70,8 @@ class Mid360:
 def mid360(clock: SimClock) -> Iterator[Mid360]:
     lidar_ports = dict.fromkeys(("search_port", "command_port", "push_port", "points_port", "imu_port"), 0)
     emulator = LivoxEmulator(EmulatorSettings(**lidar_ports), clock=clock, faults=LivoxFaults(seed=1))
-    settings = LivoxSettings(lidar_ip="127.0.0.2", host_ip="127.0.0.1", **dict.fromkeys(FREE_PORTS, 0))
-    with LivoxLidar(settings, clock) as lidar:
+    settings = LivoxSettings(lidar_ip="127.0.0.2", host_ip="127.0.0.1")
+    with LivoxLidar(settings, clock, LivoxPorts(**dict.fromkeys(FREE_PORTS, 0))) as lidar:
         emulator.open()
         emulator.answers.destinations |= {name: ("127.0.0.1", port) for name, port in lidar.ports.items()}
         yield Mid360(lidar, emulator, clock)

@@ -16,9 +16,10 @@ import pytest
 from openbelief.observation import Intrinsics, RgbdFrame
 from openbelief.perception.ports import FrameUnseen, PhraseProposer
 from openbelief.perception.retry import RetryStopped, TransientFailure
-from openbelief.perception.vlm import VlmConfig, VlmError, VlmProposer
+from openbelief.perception.vlm import VlmError, VlmProposer
+from openbelief.perception.vlm_config import PictureFormat, VlmConfig
 from openbelief.perception.vlm_errors import translated
-from openbelief.perception.vlm_picture import PictureFormat, encoded
+from openbelief.perception.vlm_picture import encoded
 from support.clocks import HandClock
 
 MODEL = "stand-in-vl"
@@ -301,9 +302,9 @@ def test_the_id_says_what_the_evidence_depends_on_and_not_where_it_is_served(pro
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"endpoint": "localhost:8000/v1"}, "endpoint should be http"),
-        ({"model": " "}, "model should name"),
-        ({"timeout_s": 0.0}, "timeout_s should be greater than 0"),
+        ({"endpoint": "localhost:8000/v1"}, "endpoint: should be http"),
+        ({"model": " "}, "model: should name"),
+        ({"timeout_s": 0.0}, "timeout_s must be greater than 0"),
         ({"timeout_s": float("nan")}, "timeout_s"),
         ({"patience_s": float("inf")}, "patience_s"),
         ({"concurrency": 0}, "concurrency"),

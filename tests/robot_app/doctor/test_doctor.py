@@ -16,6 +16,7 @@ import pytest
 
 from behaviors.supervisor import SafetyPolicy
 from drivers.clock import SimClock, SystemClock
+from drivers.livox.settings import LivoxSettings
 from drivers.ros.convert import battery_message
 from drivers.ros.diagnosis import Diagnosis, Severity, diagnostics_message
 from drivers.ros.messages import encode
@@ -30,7 +31,7 @@ from robot_app.app import Robot, open_robot
 from robot_app.certs.folder import make_network
 from robot_app.certs.zenoh import ZenohNetwork
 from robot_app.cli import main
-from robot_app.config import Config, LivoxSection, PortsSection, ZenohSection, load_config
+from robot_app.config import Config, PortsSection, ZenohSection, load_config
 from robot_app.doctor.examination import examine_robot
 from robot_app.doctor.finding import Examined, Finding, Level
 from robot_app.doctor.robot import check_battery, check_bridge, check_lidar, check_watchdog, port_topics, stays_here
@@ -259,7 +260,7 @@ def test_with_the_bridge_down_the_lidar_here_is_looked_at_and_its_health_codes_a
 
 
 def test_a_lidar_that_is_not_there_is_found(tmp_path: Path) -> None:
-    livox = LivoxSection(lidar_ip="127.88.8.8", host_ip="203.0.113.9")
+    livox = LivoxSettings(lidar_ip="127.88.8.8", host_ip="203.0.113.9")
     config = Config(ports=PortsSection(lidar="real", camera="ros", pose="ros", map="ros", navigator="ros"), livox=livox)
     [line] = examine_local(config)
     assert line.name == "lidar" and line.level == Level.FAIL and "203.0.113.9" in line.said and line.remedy

@@ -21,7 +21,8 @@ import numpy as np
 import pytest
 
 from openbelief.observation import Intrinsics, RgbdFrame
-from openbelief.perception.vlm import VlmConfig, VlmError, VlmProposer
+from openbelief.perception.vlm import VlmError, VlmProposer
+from openbelief.perception.vlm_config import VlmConfig
 from openbelief.phrase import MAX_CHARACTERS, MAX_WORDS
 from robot_app.cli import main
 

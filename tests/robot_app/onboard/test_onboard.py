@@ -12,6 +12,7 @@ import pytest
 import structlog
 
 from drivers.clock import SystemClock
+from drivers.livox.settings import LivoxSettings
 from drivers.ports import LidarCloud, LinkLost, PortError
 from drivers.ros.clouds import cloud_of
 from drivers.ros.diagnosis import diagnoses_of
@@ -21,7 +22,7 @@ from drivers.topics import CAMERA_IMU, DIAGNOSTICS, LIDAR, LIDAR_IMU, TF_STATIC
 from drivers.watchdog.heartbeat import Heartbeat, WatchdogView
 from drivers.watchdog.latch import WatchdogState
 from robot_app.cli import main
-from robot_app.config import Config, LivoxSection, OnboardSection, ZenohSection
+from robot_app.config import Config, OnboardSection, ZenohSection
 from robot_app.onboard import sensors as onboard_sensors
 from robot_app.onboard.process import run_onboard
 
@@ -43,8 +44,8 @@ class Site:
         self.view = WatchdogView(self.link)
         self.view.start()
 
-    def start(self, onboard: OnboardSection, livox: LivoxSection | None = None) -> None:
-        config = Config(zenoh=ZenohSection(endpoint=self.endpoint), onboard=onboard, livox=livox or LivoxSection())
+    def start(self, onboard: OnboardSection, livox: LivoxSettings | None = None) -> None:
+        config = Config(zenoh=ZenohSection(endpoint=self.endpoint), onboard=onboard, livox=livox or LivoxSettings())
         stop = threading.Event()
         running = threading.Thread(target=self._run, args=(config, stop))
         running.start()
@@ -107,7 +108,7 @@ def gone(config, clock, opened):
 def test_an_unplugged_camera_and_a_foreign_host_address_end_nothing(site, said, eventually, place):
     """203.0.113.9 is nobody's: as on a laptop that is not in the robot's network."""
     place("camera", gone)
-    site.start(OnboardSection(camera="real", lidar="real", mounts=MOUNTS), LivoxSection(host_ip="203.0.113.9"))
+    site.start(OnboardSection(camera="real", lidar="real", mounts=MOUNTS), LivoxSettings(host_ip="203.0.113.9"))
     eventually(lambda: site.state is WatchdogState.WAITING)
     eventually(lambda: says(said, "camera", "No RealSense") and says(said, "lidar", "Cannot listen for lidar"))
     eventually(lambda: len(site.heard[TF_STATIC.name]) >= 2)
@@ -115,7 +116,7 @@ def test_an_unplugged_camera_and_a_foreign_host_address_end_nothing(site, said, 
 
 
 def test_a_lidar_that_cannot_be_taken_over_ends_nothing(site, said, eventually):
-    livox = LivoxSection(lidar_ip="127.77.7.7", host_ip="127.77.7.8", take_control=True)
+    livox = LivoxSettings(lidar_ip="127.77.7.7", host_ip="127.77.7.8", take_control=True)
     site.start(OnboardSection(lidar="real"), livox)
     eventually(lambda: says(said, "lidar", "The lidar at 127.77.7.7:56100 did not answer SET"))
     assert site.state is WatchdogState.WAITING and site.failure is None
