@@ -37,6 +37,7 @@ from openbelief.node_columns import BELIEF, believe
 from openbelief.node_table import COLUMNS as NODE_COLUMNS
 from openbelief.observation import Observation
 from openbelief.parameters import Parameters
+from openbelief.pieces import COSINE, PIECE_COLUMNS, RADIUS_M
 from openbelief.rooms import rooms_of
 from openbelief.settings import first_complaint
 from openbelief.store_rows import COLUMNS, FRAMES, first_seal, floats, from_row, row_digest, seal
@@ -58,7 +59,10 @@ EVIDENCE_COLUMNS = {
 
 
 class FileMeta(BaseModel):
-    """The rows of `meta`. belief: by which code the columns of the nodes were made; None in files without them."""
+    """The rows of `meta`. belief: by which code the columns of the nodes were made; None in files without them.
+
+    pieces: how those of the pieces were made, and of which content; None in files without them.
+    """
 
     model_config = ConfigDict(strict=True)
 
@@ -73,6 +77,7 @@ class FileMeta(BaseModel):
     surroundings_seal: str | None = None
     seal: str | None = None
     belief: int | None = None
+    pieces: dict[str, Any] | None = None
 
 
 def read_meta(db: sqlite3.Connection) -> FileMeta:
@@ -82,6 +87,11 @@ def read_meta(db: sqlite3.Connection) -> FileMeta:
         return FileMeta.model_validate(values)
     except ValidationError as error:
         raise ValueError(f"its {first_complaint(error)}") from error
+
+
+def pieces_made_by(content_hash: str) -> dict[str, Any]:
+    """What is written beside the pieces: those found otherwise, or of other evidence, are found anew."""
+    return {"radius_m": RADIUS_M, "cosine": COSINE, "content_hash": content_hash}
 
 
 def read_frames(db: sqlite3.Connection) -> tuple[FrameRecord, ...]:
@@ -126,7 +136,8 @@ class BeliefFile:
         with self._reading():
             if self._format == 1 or self.meta.belief != BELIEF:
                 return believe(evidence)
-            return self._sealed(NODE_COLUMNS, P=len(evidence.embeddings.phrases))
+            known = self.meta.pieces == pieces_made_by(evidence.content_hash)
+            return self._sealed(NODE_COLUMNS | (PIECE_COLUMNS if known else {}), P=len(evidence.embeddings.phrases))
 
     def surroundings(self) -> Surroundings:
         """Keyframes and maps; a keyframe's images are read when they are asked for."""

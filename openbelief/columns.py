@@ -68,6 +68,9 @@ class SealedColumns(Mapping[str, Array]):
                 self._known[name] = self._read_checked(name)
         return self._known[name]
 
+    def __contains__(self, name: object) -> bool:
+        return name in self._specification
+
     def __iter__(self) -> Iterator[str]:
         return iter(self._specification)
 

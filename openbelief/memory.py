@@ -256,7 +256,7 @@ class ObjectMemory:
         chosen = options or GroundedOptions()
         if chosen not in self._readers:
             self._readers[chosen] = GroundedReader(
-                lambda: map_table(self.table, lambda i: self.objects[i].points, self._encoded, chosen),
+                lambda: map_table(self.table, self._encoded, chosen),
                 self.rooms,
                 self.text_encoder_id,
                 chosen,

@@ -9,7 +9,6 @@ from functools import cached_property
 import numpy as np
 
 from openbelief.arrays import Array, read_only
-from openbelief.backprojection import distinct_points
 from openbelief.belief import Concept, Trust
 from openbelief.node_table import NodeTable
 from openbelief.observation import Observation
@@ -30,8 +29,7 @@ class ObjectNode:
     @cached_property
     def points(self) -> Array:
         """P_i, (n, 3) float32, map frame, metres: the observations' points, repeats once."""
-        points = np.concatenate([o.points for o in self.observations])
-        return read_only(distinct_points(points, self.table.evidence.parameters.voxel_m))
+        return self.table.points_of(self.id)
 
     @cached_property
     def observations(self) -> Sequence[Observation]:

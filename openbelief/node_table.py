@@ -8,10 +8,12 @@ from functools import cached_property
 
 import numpy as np
 
-from openbelief.arrays import Array
+from openbelief.arrays import Array, read_only
+from openbelief.backprojection import distinct_points
 from openbelief.columns import Column, SealedColumns
 from openbelief.evidence import Evidence
 from openbelief.phrase import is_background
+from openbelief.pieces import COSINE, PIECE_COLUMNS, RADIUS_M, Pieces, find_pieces
 from openbelief.rooms import rooms_at
 
 # N objects; K concepts and Q sayings, grouped by object; P phrases of d numbers; features of D.
@@ -142,6 +144,24 @@ class NodeTable:
         """The room around each centroid, None where none is known."""
         return rooms_at(self.centroid, self.evidence.rooms)
 
+    def points_of(self, i: int) -> Array:
+        """P_i, (n, 3) float32, map frame, metres: the points of its observations, repeats once; reads them."""
+        order, start = self.members
+        seen = [self.evidence.observations[k] for k in order[start[i] : start[i + 1]].tolist()]
+        points = np.concatenate([observation.points for observation in seen])
+        return read_only(distinct_points(points, self.evidence.parameters.voxel_m))
+
+    @cached_property
+    def pieces(self) -> Pieces:
+        """As the file has them, else found now."""
+        if all(name in self.columns for name in PIECE_COLUMNS):
+            return Pieces(*(self.columns[name] for name in PIECE_COLUMNS))
+        return self.find_pieces(RADIUS_M, COSINE)
+
+    def find_pieces(self, radius_m: float, cosine: float) -> Pieces:
+        """Reads the points of those that may be pieces."""
+        return find_pieces(self.aabb, self.feature, self.points_of, radius_m, cosine, self.evidence.parameters.voxel_m)
+
     def concepts_of(self, objects: Array) -> tuple[Array, Array]:
         """Rows of all concepts of (n,) spoken objects, one object after the other, and (n,) where each one's begin."""
         first, count = self.concept_start[objects], np.diff(self.concept_start)[objects]
@@ -152,7 +172,7 @@ class NodeTable:
         """32 bytes over every column as it is now; one that nobody asked for counts as its file names it."""
         unread = self.columns.unread() if isinstance(self.columns, SealedColumns) else {}
         sha = hashlib.sha256()
-        for name in COLUMNS:
+        for name in self.columns:
             sha.update(unread.get(name) or hashlib.sha256(_bytes(self.columns[name])).digest())
         return sha.digest()
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from openbelief import surroundings_rows
 from openbelief.arrays import Array
-from openbelief.belief_file import column_of, read_frames, read_meta
+from openbelief.belief_file import column_of, pieces_made_by, read_frames, read_meta
 from openbelief.columns import SCHEMA as COLUMNS_SCHEMA
 from openbelief.columns import write_columns
 from openbelief.evidence import Evidence, FrameRecord, digest, in_order
@@ -35,6 +35,7 @@ from openbelief.file_checks import (
 )
 from openbelief.node_columns import BELIEF
 from openbelief.node_table import COLUMNS as NODE_COLUMNS
+from openbelief.node_table import NodeTable
 from openbelief.observation import Observation, RgbdFrame
 from openbelief.parameters import Parameters
 from openbelief.store_rows import COLUMNS, SCHEMA, from_row, row_digest, seal, to_row
@@ -186,6 +187,7 @@ class BeliefStore:
         if evidence.text_encoder_id != self.text_encoder_id:
             raise ValueError(f"The memory was not built with the text encoder of {self.path}.")
         derived = _evidence_columns(self._db, evidence) | {name: columns[name] for name in NODE_COLUMNS}
+        derived |= NodeTable(evidence, columns).pieces.columns()
         with self._transaction():
             self._db.executemany("INSERT OR IGNORE INTO frames VALUES (?, ?, ?)", map(_frame_row, self._left_out))
             write_columns(self._db, derived)
@@ -194,6 +196,7 @@ class BeliefStore:
             self._set_meta("content_hash", evidence.content_hash)
             self._set_meta("surroundings_seal", surroundings_rows.seal_surroundings(self._db))
             self._set_meta("belief", BELIEF)
+            self._set_meta("pieces", pieces_made_by(evidence.content_hash))
             self._set_meta("seal", seal(self._db))
             self._db.execute(f"PRAGMA user_version={FORMAT}")
         self._db.execute("PRAGMA journal_mode=DELETE")  # a WAL file copied without its companion is broken

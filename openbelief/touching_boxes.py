@@ -35,6 +35,16 @@ class TouchingBoxes:
         others = self._others[bundle]
         return others[np.unpackbits(self._bits[bundle][row], count=len(others)).view(bool)]
 
+    def pairs(self) -> Array:
+        """(m, 2) int64: i < j that touch, in lexicographic order."""
+        found = [np.zeros((0, 2), np.int64)]
+        for bundle, (others, bits) in enumerate(zip(self._others, self._bits, strict=True)):
+            row, which = np.nonzero(np.unpackbits(bits, axis=1, count=len(others)))
+            pairs = np.stack((self.order[bundle * BUNDLE + row], others[which]), axis=1)
+            found.append(pairs[pairs[:, 0] < pairs[:, 1]])
+        both = np.concatenate(found)
+        return both[np.lexsort(both.T[::-1])]
+
     def _compare(self, rows: Array, bundles: Array, low: Array, high: Array) -> None:
         others = (bundles[:, None] * BUNDLE + np.arange(BUNDLE)).ravel()
         others = others[others < len(low)]

@@ -1,59 +1,53 @@
-"""Nodes that are pieces of one object: found and pooled at read time, never joined in the memory."""
+"""Nodes that are pieces of one object: pooled at read time, never joined in the memory."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 
 from openbelief.arrays import Array
-from openbelief.grounded.options import GroundedOptions
-from openbelief.touching_boxes import TouchingBoxes
+from openbelief.pieces import Pieces
 
 
-class Fragments(NamedTuple):
-    """overlap: (n, n) scipy sparse, symmetric, o_ij in (0, 1]. group: (n,) int64, one of each thing."""
+@dataclass(frozen=True, eq=False)
+class Fragments:
+    """one, other, share: (F,) o_ij in (0, 1], each pair both ways round, by `one` and then `other`.
 
-    overlap: Any
+    group: (n,) int64, one number for all pieces of a thing.
+    """
+
+    one: Array
+    other: Array
+    share: Array
     group: Array
 
+    @classmethod
+    def of(cls, pieces: Pieces, least_share: float, n: int) -> Fragments:
+        """The pieces that overlap enough."""
+        kept = pieces.share >= least_share
+        pairs, share = pieces.pair[kept].astype(np.int64), pieces.share[kept]
+        both, shares = np.concatenate([pairs, pairs[:, ::-1]]), np.concatenate([share, share])
+        order = np.lexsort((both[:, 1], both[:, 0]))
+        return cls(both[order, 0], both[order, 1], shares[order], _groups(pairs, n))
 
-def find_fragments(
-    low: Array, high: Array, features: Array, points: Callable[[int], Array], options: GroundedOptions
-) -> Fragments:
-    """o_ij where boxes touch, <f_i, f_j> and the overlap of the points are large enough; else 0.
-
-    low, high: (n, 3) boxes, map frame, metres. features: (n, d) unit rows. points: of node i, (m, 3); asked only for
-    the pairs whose boxes and features agree, so the work grows with the pieces and not with the map.
-    """
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    n = len(low)
-    near = _touching(low, high, options.fragment_radius_m)
-    alike = np.einsum("ij,ij->i", features[near[:, 0]], features[near[:, 1]]) >= options.fragment_cosine
-    pairs = near[alike]
-    shares = np.array([_overlap(points(i), points(j), options.fragment_radius_m) for i, j in pairs])
-    kept = shares >= options.fragment_overlap if len(pairs) else np.zeros(0, bool)
-    pairs, shares = pairs[kept], shares[kept]
-    both = np.concatenate([pairs, pairs[:, ::-1]])
-    overlap = coo_matrix((np.concatenate([shares, shares]), (both[:, 0], both[:, 1])), shape=(n, n)).tocsr()
-    return Fragments(overlap, connected_components(overlap, directed=False)[1].astype(np.int64))
+    def pooled(self, values: Array) -> Array:
+        """(n, ...) v_i + sum_j o_ij v_j of (n, ...) values."""
+        others = np.zeros(values.shape)
+        weight = self.share.reshape(-1, *[1] * (values.ndim - 1))
+        np.add.at(others, self.one, weight * values[self.other])
+        total: Array = values + others
+        return total
 
 
-def _touching(low: Array, high: Array, gap_m: float) -> Array:
-    """(m, 2) pairs i < j whose boxes touch when grown by the gap."""
-    boxes = TouchingBoxes(low, high, gap_m)
-    found = [(others := boxes.of(i))[others > i] for i in range(len(low))]
-    first = np.repeat(np.arange(len(low)), [len(others) for others in found])
-    return np.stack([first, np.concatenate(found)], axis=1) if len(first) else np.zeros((0, 2), np.int64)
-
-
-def _overlap(P: Array, Q: Array, radius_m: float) -> float:
-    """The larger of the two shares of points within the radius of the other's."""
-    from scipy.spatial import cKDTree
-
-    to_q, _ = cKDTree(Q).query(P, distance_upper_bound=radius_m)
-    to_p, _ = cKDTree(P).query(Q, distance_upper_bound=radius_m)
-    return float(max(np.isfinite(to_q).mean(), np.isfinite(to_p).mean()))
+def _groups(pairs: Array, n: int) -> Array:
+    """(n,) the least node of everything that is connected."""
+    group = np.arange(n)
+    while True:
+        before = group.copy()
+        least = np.minimum(group[pairs[:, 0]], group[pairs[:, 1]])
+        for side in pairs.T:
+            np.minimum.at(group, side, least)
+        group = group[group]
+        if np.array_equal(group, before):
+            return group

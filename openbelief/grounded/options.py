@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
+from openbelief.pieces import COSINE, RADIUS_M
 from openbelief.settings import CHECKED, Cosine, Fraction, Number, Positive, in_one_line
 
 NotNegative = Annotated[Number, Field(ge=0)]
@@ -20,8 +21,8 @@ class GroundedOptions:
 
     # Fragments of one object, pooled at read time
     fragment_overlap: Fraction = 0.3  # the larger directed share of points within `fragment_radius_m`
-    fragment_radius_m: Positive = 0.05
-    fragment_cosine: Cosine = 0.75  # <f_i^v, f_j^v>
+    fragment_radius_m: Positive = RADIUS_M  # with these two the memory's file knows the pairs already
+    fragment_cosine: Cosine = COSINE  # <f_i^v, f_j^v>
 
     # Belief over phrases: p ~ (V + prior)^power exp(gain <g_p, f^v>); without the gain where features are not aligned
     support_prior: Positive = 0.5

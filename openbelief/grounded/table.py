@@ -4,20 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
 from openbelief.arrays import Array, normalize
 from openbelief.grounded.colours import colours_of, without_colour
-from openbelief.grounded.fragments import find_fragments
+from openbelief.grounded.fragments import Fragments
 from openbelief.grounded.lexicon import is_known
 from openbelief.grounded.looks import count_looks
 from openbelief.grounded.options import GroundedOptions
 from openbelief.node_table import NodeTable
+from openbelief.pieces import COSINE, RADIUS_M, Pieces
 
 Encode = Callable[[Sequence[str]], Array]  # (n, d) float64 unit rows
-Points = Callable[[int], Array]
 CHUNK = 8192
 
 
@@ -69,17 +68,11 @@ class MapTable:
         return sorted(((self.words[self.phrase[e]], float(self.belief[e])) for e in mine), key=lambda item: -item[1])
 
 
-def map_table(nodes: NodeTable, points: Points, encode: Encode, options: GroundedOptions) -> MapTable:
-    """Everything that no query changes. points: of node i, (m, 3), asked for only where two may be one thing.
-
-    encode: embeds the phrases that lose a colour word; all else is in the memory.
-    """
-    low, high = nodes.aabb[:, 0].astype(np.float64), nodes.aabb[:, 1].astype(np.float64)
-    fragments = find_fragments(low, high, nodes.feature, points, options)
-    entries = _pooled(nodes, fragments.overlap)
-    looks = count_looks(nodes, options)
-    seen = _mass(nodes)[:, None] * nodes.feature.astype(np.float64)
-    pooled = normalize(seen + fragments.overlap @ seen).astype(np.float32)
+def map_table(nodes: NodeTable, encode: Encode, options: GroundedOptions) -> MapTable:
+    """Everything that no query changes. encode: embeds phrases that lose a colour word; the rest is in the memory."""
+    fragments = Fragments.of(_pieces(nodes, options), options.fragment_overlap, len(nodes))
+    entries = _pooled(nodes, fragments)
+    pooled = normalize(fragments.pooled(_mass(nodes)[:, None] * nodes.feature.astype(np.float64))).astype(np.float32)
     bare_vectors = _bare_vectors(nodes, encode)
     aligned = nodes.evidence.feature_text_aligned
     belief = _belief(entries, nodes.phrase_embedding, pooled if aligned else None, options, len(nodes))
@@ -96,9 +89,9 @@ def map_table(nodes: NodeTable, points: Points, encode: Encode, options: Grounde
         length=_lengths(entries, belief, nodes.phrase_embedding, len(nodes)),
         bare_length=_lengths(entries, belief, bare_vectors, len(nodes)),
         features=pooled,
-        looks=looks + fragments.overlap @ looks,
-        low=low,
-        high=high,
+        looks=fragments.pooled(count_looks(nodes, options)),
+        low=nodes.aabb[:, 0].astype(np.float64),
+        high=nodes.aabb[:, 1].astype(np.float64),
         centroid=nodes.centroid,
         background=nodes.background,
         group=fragments.group,
@@ -117,15 +110,26 @@ def _rows(nodes: NodeTable) -> Array:
     return np.repeat(np.arange(len(nodes)), np.diff(nodes.object_saying_start))
 
 
-def _pooled(nodes: NodeTable, overlap: Any) -> tuple[Array, Array, Array]:
-    """(E,) row, phrase and V_i + sum_j o_ij V_j of every entry, by row."""
-    from scipy.sparse import coo_matrix
+def _pieces(nodes: NodeTable, options: GroundedOptions) -> Pieces:
+    if (options.fragment_radius_m, options.fragment_cosine) == (RADIUS_M, COSINE):
+        return nodes.pieces
+    return nodes.find_pieces(options.fragment_radius_m, options.fragment_cosine)
 
-    shape = (len(nodes), max(len(nodes.phrases), 1))
-    V = coo_matrix((nodes.saying_weight, (_rows(nodes), nodes.saying)), shape=shape).tocsr()
-    pooled = (V + overlap @ V).tocoo()
-    order = np.lexsort((pooled.col, pooled.row))
-    return pooled.row[order].astype(np.int64), pooled.col[order].astype(np.int64), pooled.data[order]
+
+def _pooled(nodes: NodeTable, fragments: Fragments) -> tuple[Array, Array, Array]:
+    """(E,) row, phrase and V_i + sum_j o_ij V_j of every entry, by row and then phrase."""
+    start = nodes.object_saying_start
+    count = np.diff(start)[fragments.other]  # what every piece lends
+    lent = np.repeat(start[fragments.other] - (np.cumsum(count) - count), count) + np.arange(count.sum())
+    P = max(len(nodes.phrases), 1)
+    own_key = _rows(nodes) * P + nodes.saying
+    lent_key = np.repeat(fragments.one, count) * P + nodes.saying[lent]
+    keys, place = np.unique(np.concatenate((own_key, lent_key)), return_inverse=True)
+    support = np.bincount(place[: len(own_key)], weights=nodes.saying_weight, minlength=len(keys))
+    shared = np.repeat(fragments.share, count) * nodes.saying_weight[lent]
+    support += np.bincount(place[len(own_key) :], weights=shared, minlength=len(keys))
+    row, phrase = np.divmod(keys, P)
+    return row, phrase, support
 
 
 def _bare_vectors(nodes: NodeTable, encode: Encode) -> Array:
@@ -156,9 +160,11 @@ def _belief(
 
 def _lengths(entries: tuple[Array, Array, Array], belief: Array, vectors: Array, n: int) -> Array:
     """(n,) |sum_p p g_p| of each node."""
-    from scipy.sparse import csr_matrix
-
     row, phrase, _ = entries
-    beliefs = csr_matrix((belief, (row, phrase)), shape=(n, len(vectors)))
-    chunks = [beliefs[start : start + CHUNK] @ vectors for start in range(0, n, CHUNK)]
-    return np.concatenate([np.linalg.norm(chunk, axis=1) for chunk in chunks] or [np.zeros(0)])
+    lengths, starts = np.zeros(n), np.flatnonzero(np.append(True, row[1:] != row[:-1])) if len(row) else row
+    for first in range(0, len(starts), CHUNK):
+        mine = np.append(starts, len(row))[first : first + CHUNK + 1]
+        part = slice(mine[0], mine[-1])
+        sums = np.add.reduceat(belief[part, None] * vectors[phrase[part]], mine[:-1] - mine[0])
+        lengths[row[mine[:-1]]] = np.linalg.norm(sums, axis=1)
+    return lengths

