@@ -28,7 +28,8 @@ DATAGRAM = 2048  # longer than any packet of the lidar
 @dataclass(frozen=True)
 class LivoxHealth:
     """Counts since start: `refused` by reason, `foreign` from other addresses; `late`, `overfull` and `cut` are packets
-    in no cloud, the last because the lidar's clock was set (`clock_changes`) in the middle of one.
+    in no cloud, the last because the lidar's clock was set (`clock_changes`) or it started anew (`restarts`) in the middle
+    of one.
 
     `receive_buffer_bytes` is what the system granted.
     """
@@ -41,6 +42,7 @@ class LivoxHealth:
     overfull: int
     cut: int
     clock_changes: int
+    restarts: int
     imu_packets: int
     imu_lost: int
     clouds: int
@@ -143,6 +145,7 @@ class LivoxLidar:
                 overfull=intake.assembler.overfull,
                 cut=intake.assembler.cut,
                 clock_changes=intake.clock_changes,
+                restarts=intake.restarts,
                 imu_packets=intake.imu.received,
                 imu_lost=intake.imu.lost,
                 clouds=intake.cloud_count,

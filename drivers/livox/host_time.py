@@ -29,6 +29,11 @@ class HostTime:
         """None before the first packet."""
         return None if self._now is None else min(self._now, self._before)
 
+    @property
+    def newest(self) -> tuple[int | None, int]:
+        """(whose clock, the latest device time of it), None before the first packet."""
+        return self._source, self._newest
+
     def observe(self, device_ns: int, arrival_ns: int, *, source: int = 0) -> bool:
         """One packet in the order of sending; source: whose clock it was. Whether that clock was set since the last."""
         offset, best = arrival_ns - device_ns, self.offset_ns

@@ -49,7 +49,7 @@ class DatagramDecoder:
         self.refused: Counter[PacketRefusal] = Counter()
         self.assembler = FrameAssembler()
         self.time, self.imu_time = HostTime(), HostTime()
-        self.clock_changes = 0
+        self.clock_changes = self.restarts = 0
         self.clouds: deque[LivoxCloud] = deque(maxlen=KEPT_CLOUDS)
         self.imu_samples: deque[LivoxImuSample] = deque(maxlen=KEPT_IMU)
         self.latest: LivoxCloud | None = None
@@ -101,10 +101,18 @@ class DatagramDecoder:
         if packet is not counter.newest:
             return self._overtaken(packet, counter)
         time = self.imu_time if imu else self.time
+        before = time.newest
         if time.observe(packet.stamp_ns, arrival_ns, source=packet.time_type) and not imu:
-            self.clock_changes += 1
+            self._count_change(packet, before)
             self.assembler.cut_off()
         return packet
+
+    def _count_change(self, packet: DataPacket, before: tuple[int | None, int]) -> None:
+        """Time since power-on falls where the lidar started anew; every other step is a clock that was set."""
+        if packet.time_type == TimeType.UPTIME == before[0] and packet.stamp_ns < before[1]:
+            self.restarts += 1
+        else:
+            self.clock_changes += 1
 
     def _overtaken(self, packet: DataPacket, counter: PacketCounter) -> DataPacket | None:
         """A packet that its successors overtook; None where they are already of another clock."""

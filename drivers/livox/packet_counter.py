@@ -6,6 +6,7 @@ from drivers.livox.wire import DataPacket
 
 GAP_LIMIT = 1024  # a larger step is a counter that started anew, not a thousand lost packets
 LATE_NS = 1_000_000_000  # packets overtake each other by less
+LATE_RUN = 32  # more late ones in a row were not overtaken: a lidar that ran for less than a second started anew
 REMEMBERED = 256  # packets back that a duplicate is still recognised
 
 
@@ -15,6 +16,7 @@ class PacketCounter:
     def __init__(self) -> None:
         self.received = self.lost = self.duplicates = self.out_of_order = 0
         self._newest: DataPacket | None = None
+        self._late_run = 0
         self._seen: dict[tuple[int, int], None] = {}
 
     @property
@@ -31,10 +33,12 @@ class PacketCounter:
         self._remember(identity)
         self.received += 1
         newest = self._newest
-        if newest is not None and self._is_late(packet, newest):
+        if newest is not None and self._is_late(packet, newest) and self._late_run < LATE_RUN:
+            self._late_run += 1
             self.out_of_order += 1
             self.lost = max(self.lost - 1, 0)  # it was counted as lost when its successor overtook it
             return True
+        self._late_run = 0
         if newest is not None and 1 < (gap := (packet.udp_cnt - newest.udp_cnt) & 0xFFFF) < GAP_LIMIT:
             self.lost += gap - 1
         self._newest = packet

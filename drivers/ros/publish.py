@@ -87,7 +87,7 @@ class NewSamples:
             sample = self._latest(MAX_AGE_S)
         except StaleData:
             return None
-        if sample.stamp_ns <= self._stamp_ns or not self._throttle.due():
+        if sample.stamp_ns == self._stamp_ns or not self._throttle.due():
             return None
         self._stamp_ns = sample.stamp_ns
         return sample

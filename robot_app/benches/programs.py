@@ -85,6 +85,10 @@ class Program:
             time.sleep(0.01)
         raise Failure(f"{self._name} did not say {words!r} within {timeout_s:g} s ({self.last})")
 
+    def heard(self, words: str) -> bool:
+        """Whether they are on its screen by now."""
+        return any(words in line for line in self._screen)
+
     @property
     def last(self) -> str:
         return self._screen[-1] if self._screen else "it said nothing"

@@ -121,6 +121,9 @@ def _lidar_diagnoses(lidar: LivoxLidar, clock: Clock, opened_ns: int) -> list[Di
         said = f"its clock was set {health.clock_changes} times, {health.cut} packets were left out"
         remedy = "one time source for the lidar: a PTP master that stays, or none"
         found.append(Diagnosis("lidar clock", Severity.WARN, said, remedy))
+    if health.restarts:
+        said, remedy = f"it started anew {health.restarts} times", "look at its power supply and its cable"
+        found.append(Diagnosis("lidar power", Severity.WARN, said, remedy))
     try:
         lidar.latest(FIRST_WORDS_S)
     except StaleData:

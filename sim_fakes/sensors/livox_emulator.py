@@ -151,6 +151,9 @@ def _frame(datagram: bytes) -> ControlFrame | None:
 def main() -> None:
     parser = argparse.ArgumentParser(prog="livox_emulator", description=__doc__)
     parser.add_argument("--seconds", type=float, default=30.0, help="how long to send")
+    for name in ("lidar", "host"):
+        default = getattr(EmulatorSettings, f"{name}_ip")
+        parser.add_argument(f"--{name}-ip", default=default, help="a loopback address")
     for name in ("points", "imu", "push"):
         default = getattr(EmulatorSettings, f"host_{name}_port")
         parser.add_argument(f"--host-{name}-port", type=int, default=default, help=f"where {name} go")

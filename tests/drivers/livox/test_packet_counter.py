@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from drivers.livox.packet_counter import PacketCounter
+from drivers.livox.packet_counter import LATE_RUN, PacketCounter
 from drivers.livox.wire import DataPacket
 
 
@@ -63,3 +63,10 @@ def test_an_overtaken_packet_at_the_wrap_is_late_and_not_lost() -> None:
 def test_a_duplicate_is_refused_even_after_its_successor() -> None:
     counter = counted([1, 2, 1, 3, 3], [1, 2, 1, 3, 3])
     assert (counter.duplicates, counter.received, counter.lost) == (2, 3, 0)
+
+
+def test_a_lidar_that_starts_anew_within_its_first_half_second_is_not_late_for_ever() -> None:
+    first = list(range(900))
+    counter = counted([*first, *range(900)], [n * 480_000 for n in first] + [n * 480_000 + 1 for n in range(900)])
+    assert counter.newest is not None and counter.newest.udp_cnt == 899 and counter.newest.stamp_ns == 899 * 480_000 + 1
+    assert counter.out_of_order == LATE_RUN

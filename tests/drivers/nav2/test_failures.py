@@ -264,6 +264,20 @@ def test_a_long_goal_outlives_many_expired_result_questions(make_rig, eventually
     assert rig.until_end().status == NavigationStatus.SUCCEEDED
 
 
+def test_one_question_for_the_result_waits_at_the_server_however_long_the_drive(make_rig):
+    """The bridge forwards each, and the server keeps all of them until the goal ends."""
+    rig = make_rig(limits=Nav2Limits(), nav2_faults=Nav2Faults(stuck=True))
+    rig.start()
+    rig.nav.send(GOAL)
+    for _ in range(1200):  # two minutes, asked ten times a second
+        assert rig.nav.result() is None
+        rig.clock.sleep(0.1)
+    assert rig.site.nav2.asked["get_result"] == 1
+    rig.site.nav2_faults.abort = (208, "no valid path")
+    assert rig.until_end().status == NavigationStatus.ABORTED
+    assert rig.site.nav2.asked["get_result"] == 1
+
+
 def test_a_goal_that_falls_silent_is_cancelled_and_lost(under_way):
     under_way.graph.nav2_faults.silent = under_way.graph.nav2_faults.stuck = True
     result = under_way.until_end(within_s=10.0)
@@ -312,6 +326,7 @@ def test_after_a_reconnection_the_goals_end_is_still_learned(make_rig, silent_wi
     wires[0].mend()
     eventually(lambda: rig.nav.result() is not None)
     assert rig.nav.result().status == NavigationStatus.SUCCEEDED
+    assert rig.site.nav2.asked["get_result"] <= 2, "once, and once more after the link was back"
 
 
 # 8: ends that are not what they seem

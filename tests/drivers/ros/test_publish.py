@@ -34,6 +34,7 @@ class Sensor:
 
     clock: SimClock
     period_s: float = 1 / 30
+    set_by_ns: int = 0  # its own clock
     fails: Exception | None = None
     imu_ns: int = START_NS
 
@@ -41,7 +42,7 @@ class Sensor:
         if self.fails:
             raise self.fails
         period_ns = round(self.period_s * 1e9)
-        return self.clock.now_ns() // period_ns * period_ns
+        return self.clock.now_ns() // period_ns * period_ns + self.set_by_ns
 
     def frame(self, max_age_s: float) -> CameraFrame:
         stamp_ns = self.stamp_ns()
@@ -163,6 +164,11 @@ def test_rates_are_capped_and_nothing_is_sent_twice(onboard):
         publisher.step()
     assert publisher.sent[COLOR_JPEG.name] == pytest.approx(20, abs=1)  # 2 s at 10 Hz, of a camera at 30 Hz
     assert publisher.sent[LIDAR.name] == pytest.approx(10, abs=1)
+    sensor.set_by_ns = -3_600_000_000_000
+    before = publisher.sent[LIDAR.name]
+    clock.sleep(0.5)
+    publisher.step()
+    assert publisher.sent[LIDAR.name] == before + 1, "a stamp that went back is a new sample"
     sensor.period_s = 1e9  # its stamp stands still
     before = publisher.sent[LIDAR.name]
     for _ in range(100):
