@@ -28,8 +28,8 @@ DATAGRAM = 2048  # longer than any packet of the lidar
 @dataclass(frozen=True)
 class LivoxHealth:
     """Counts since start: `refused` by reason, `foreign` from other addresses; `late`, `overfull` and `cut` are packets
-    in no cloud, the last because the lidar's clock was set (`clock_changes`) or it started anew (`restarts`) in the middle
-    of one.
+    in no cloud, the last because in the middle of one the lidar's clock was set (`clock_changes`) or it started anew
+    (`restarts`).
 
     `receive_buffer_bytes` is what the system granted.
     """

@@ -18,6 +18,7 @@ from drivers.ros.zenoh_link import ZenohLink
 from drivers.topics import NAVIGATE_TO_POSE
 from drivers.watchdog.hands import DdsUnavailable, Hand
 from drivers.watchdog.latch import Watchdog, WatchdogAction, WatchdogFacts, WatchdogState
+from drivers.watchdog.running_goals import TAKEN, RunningGoals
 from drivers.watchdog.wire import (
     STATUS_S,
     HeartbeatMessage,
@@ -34,7 +35,6 @@ CANCEL_S = 1.0  # for the answer to one cancel; the next is sent before, so a sl
 WORKSTATIONS_MAX = 16
 OLD_NS = 10_000_000_000
 Heard = TypeVar("Heard")
-TAKEN = (action.CANCEL_OK, action.CANCEL_UNKNOWN_GOAL, action.CANCEL_TERMINATED)  # no goal runs on after these
 
 
 class WatchdogGuard:
@@ -50,7 +50,7 @@ class WatchdogGuard:
         now_ns: Callable[[], int] = time.monotonic_ns,
     ) -> None:
         keys = keys or BridgeKeys()
-        self._hand, self._bridge_token = hand, keys.bridge_token("*")
+        self._hand, self._tokens = hand, (keys.bridge_token("*"), keys.action_token(NAVIGATE_TO_POSE))
         self._bridge_gone: int | None = None
         self._link, self._keys, self._now_ns = link, WatchdogKeys(keys), now_ns
         self._navigate = ActionClient(link, keys, NAVIGATE_TO_POSE, shapes_of(distribution))
@@ -58,7 +58,8 @@ class WatchdogGuard:
         self._beats: dict[str, int] = {}
         self._gone: dict[str, int] = {}
         self._left: set[str] = set()
-        self._acknowledged = self._driving = False
+        self._goals, self._servers = RunningGoals(), set[str]()
+        self._acknowledged = False
         self._trip = self._refusals = 0
         self._told: tuple[WatchdogState, bool, tuple[str, ...]] | None = None
         self._repeats = Repeats()
@@ -69,9 +70,10 @@ class WatchdogGuard:
         """Begin to hear; all of it ends with the link."""
         self._link.subscribe(self._keys.heartbeat, self._hear_beat)
         self._link.watch_tokens(self._keys.token(), self._hear_token)
-        self._link.watch_tokens(self._bridge_token, self._hear_bridge)
+        for token, hear in zip(self._tokens, (self._hear_bridge, self._hear_server), strict=True):
+            self._link.watch_tokens(token, hear)
         self._link.answer(self._keys.reset, self._reset)
-        self._navigate.listen(lambda _: None, self._hear_goals)
+        self._navigate.listen(lambda _: None, self._goals.hear)
 
     @property
     def status(self) -> WatchdogStatus:
@@ -117,7 +119,7 @@ class WatchdogGuard:
     @property
     def _is_driving(self) -> bool:
         """Nav2's own word where the hand hears it: what came over a bridge that died says nothing any more."""
-        return self._hand.driving if self._hand is not None and self._hand.servers else self._driving
+        return self._hand.driving if self._hand is not None and self._hand.servers else bool(self._goals)
 
     def _tell(self) -> None:
         now_ns, status = self._now_ns(), self.status
@@ -171,6 +173,11 @@ class WatchdogGuard:
             with self._lock:
                 self._bridge_gone = self._now_ns()
 
+    def _hear_server(self, token: str, there: bool) -> None:
+        (self._servers.add if there else self._servers.discard)(token)
+        if not self._servers:
+            self._goals.forget()
+
     def _hear_hand(self) -> None:
         for found in self._with_hand(lambda hand: hand.hear()) or ():
             self._judge_code(found.trip, found.code, f"Nav2 answered {found.code} on DDS")
@@ -186,15 +193,11 @@ class WatchdogGuard:
                 logger.error("WATCHDOG: without the bridge nobody can cancel (%d times so far): %s", count, error)
             return None
 
-    def _hear_goals(self, statuses: dict[bytes, int]) -> None:
-        self._driving = any(status in (action.ACCEPTED, action.EXECUTING) for status in statuses.values())
-
     def _hear_answer(self, trip: int, answer: ActionReply) -> None:
         """An answer to the cancel of an earlier trip says nothing about this one."""
         code = None
         if answer.every and None not in answer.every:
-            codes = [int(reply.return_code) for reply in answer.every if reply is not None]
-            code = next((code for code in codes if code not in TAKEN), codes[0])
+            code = self._goals.code([reply for reply in answer.every if reply is not None])
         self._judge_code(trip, code, answer.why or f"Nav2 answered {code}")
 
     def _judge_code(self, trip: int, code: int | None, why: str) -> None:

@@ -17,10 +17,10 @@ from drivers.dds.action import (
 )
 from drivers.dds.raw import DdsPeer, DdsUnavailable
 from drivers.repeats import Repeats
-from drivers.ros import action
 from drivers.ros.action import statuses
-from drivers.ros.messages import WireError, codec
+from drivers.ros.messages import Message, WireError, codec
 from drivers.topics import ACTION_MAX_BYTES, NAVIGATE_TO_POSE
+from drivers.watchdog.running_goals import RunningGoals
 
 logger = logging.getLogger(__name__)
 PENDING_MAX = 32
@@ -60,7 +60,7 @@ class Hand(Protocol):
 class _Pending:
     trip: int
     servers: int
-    codes: list[int] = field(default_factory=list)
+    replies: list[Message] = field(default_factory=list)
 
 
 class DdsHand:
@@ -75,7 +75,7 @@ class DdsHand:
         self._statuses = peer.reader(topics.status, STATUS_ARRAY, latched=True)
         self._client, self._sequence = secrets.randbits(63), 0
         self._pending: dict[int, _Pending] = {}
-        self._driving, self._repeats = False, Repeats()
+        self._goals, self._repeats = RunningGoals(), Repeats()
         codec().warm_up([CANCEL_REQUEST, CANCEL_RESPONSE, STATUS_ARRAY])
         self._cancel_all = codec().encode(codec().make(CANCEL_REQUEST))  # zero uuid, zero stamp
 
@@ -85,7 +85,7 @@ class DdsHand:
 
     @property
     def driving(self) -> bool:
-        return self._driving
+        return bool(self._goals)
 
     def cancel_all(self, trip: int) -> None:
         self._sequence += 1
@@ -97,6 +97,8 @@ class DdsHand:
     def hear(self) -> list[Acknowledgement]:
         for payload in self._statuses.take():
             self._hear_status(payload)
+        if not self._statuses.writers:
+            self._goals.forget()
         return [found for payload in self._replies.take() if (found := self._hear_reply(payload))]
 
     def _hear_status(self, payload: bytes) -> None:
@@ -105,7 +107,7 @@ class DdsHand:
         except WireError as error:
             self._ignored("a status", error)
             return
-        self._driving = any(status in (action.ACCEPTED, action.EXECUTING) for status in statuses(array).values())
+        self._goals.hear(statuses(array))
 
     def _hear_reply(self, payload: bytes) -> Acknowledgement | None:
         """The answer of the last server that was asked; until then nothing is acknowledged."""
@@ -113,15 +115,14 @@ class DdsHand:
         if found is None or found[1] != self._client or (pending := self._pending.get(found[2])) is None:
             return None  # somebody else's
         try:
-            pending.codes.append(int(codec().decode(found[0], CANCEL_RESPONSE).return_code))
+            pending.replies.append(codec().decode(found[0], CANCEL_RESPONSE))
         except WireError as error:
             self._ignored("an answer", error)
             return None
-        if len(pending.codes) < pending.servers:
+        if len(pending.replies) < pending.servers:
             return None
         del self._pending[found[2]]
-        refused = next((code for code in pending.codes if code == action.CANCEL_REJECTED), None)
-        return Acknowledgement(pending.trip, pending.codes[0] if refused is None else refused)
+        return Acknowledgement(pending.trip, self._goals.code(pending.replies))
 
     def _ignored(self, what: str, error: WireError) -> None:
         if count := self._repeats.due(what):

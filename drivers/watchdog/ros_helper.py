@@ -8,6 +8,9 @@ import json
 import sys
 import threading
 
+REJECTED = 1  # action_msgs/CancelGoal
+PENDING_MAX = 32  # unanswered cancels that are kept
+
 
 def say(**words):  # type: ignore[no-untyped-def]  # runs under the robot's Python
     print(json.dumps(words), flush=True)
@@ -22,18 +25,35 @@ def main(action):  # type: ignore[no-untyped-def]
     rclpy.init()
     node = rclpy.create_node("openbelief_watchdog")
     client = node.create_client(CancelGoal, f"{action}/_action/cancel_goal")
-    running = {"driving": False}
+    running, asked = set(), []  # type: ignore[var-annotated]  # uuids; the newest questions
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL, reliability=ReliabilityPolicy.RELIABLE)
 
+    def servers():  # type: ignore[no-untyped-def]
+        """Each action server publishes one status topic."""
+        return node.count_publishers(f"{action}/_action/status") if client.service_is_ready() else 0
+
     def hear(array):  # type: ignore[no-untyped-def]
-        running["driving"] = any(status.status in (1, 2) for status in array.status_list)
+        """Of several servers each tells its own goals only, so what it does not name stays."""
+        for status in array.status_list:
+            (running.add if status.status in (1, 2) else running.discard)(bytes(status.goal_info.goal_id.uuid))
 
     def tell():  # type: ignore[no-untyped-def]
-        say(servers=int(client.service_is_ready()), **running)
+        count = servers()
+        if not count:
+            running.clear()  # a Nav2 that is started again knows none of them
+        say(servers=count, driving=bool(running))
+
+    def answer(trip, reply):  # type: ignore[no-untyped-def]
+        """rclpy gives the first of several answers, and a server on it refuses with "ok": each goal must be named."""
+        named = {bytes(info.goal_id.uuid) for info in reply.goals_canceling}
+        say(trip=trip, code=reply.return_code if reply.return_code or running <= named else REJECTED)
 
     def cancel(trip):  # type: ignore[no-untyped-def]
         future = client.call_async(CancelGoal.Request())  # zero uuid, zero stamp: every goal
-        future.add_done_callback(lambda done: say(trip=trip, code=done.result().return_code))
+        future.add_done_callback(lambda done: answer(trip, done.result()))
+        asked.append(future)
+        if len(asked) > PENDING_MAX:
+            client.remove_pending_request(asked.pop(0))
 
     def listen():  # type: ignore[no-untyped-def]
         for line in sys.stdin:

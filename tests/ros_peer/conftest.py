@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import os
 import queue
 import signal
 import subprocess
 import threading
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -26,7 +27,7 @@ class Process:
     """One script in .venv-ros, killed at the end whatever happens; its output stays in a file."""
 
     def __init__(self, script: str, arguments: tuple[str, ...], environment: dict[str, str], log: Path) -> None:
-        self.log = log
+        self.log, self.reports = log, []
         with log.open("ab") as errors:
             self._process = subprocess.Popen(
                 [str(PYTHON), str(HERE / script), *arguments],
@@ -48,6 +49,13 @@ class Process:
         if said != "ready\n":
             self.kill()
             pytest.fail(f"The ROS 2 process did not start ({said!r}):\n{self.log.read_text()[-3000:]}")
+        threading.Thread(target=self._listen, daemon=True).start()
+
+    def _listen(self) -> None:
+        """What it reports once it is ready."""
+        with suppress(ValueError):  # closed by kill()
+            for line in self._process.stdout:
+                self.reports.append(json.loads(line))
 
     def kill(self) -> None:
         """SIGKILL: rclpy and zenoh in one process may ignore anything gentler."""

@@ -155,6 +155,22 @@ def test_a_handler_that_fails_does_not_keep_the_watchdog_from_cancelling(rig, de
         assert not rig.robot.moving
 
 
+def test_a_yes_that_names_no_goal_while_one_runs_acknowledges_nothing(rig, deadman, eventually):
+    """As a server on rclpy refuses: return code 0, and no goal."""
+    with Heartbeat(rig.link) as heartbeat:
+        eventually(lambda: deadman.step() is WatchdogState.ARMED)
+        assert rig.nav.send(FAR) is None
+        rig.clock.sleep(1.0)
+        rig.graph.nav2_faults.cancel_code = 0
+        heartbeat.abandon()
+        deadman.step(1.0)
+        eventually(lambda: bool(deadman.step(0.3)) and rig.graph.nav2.asked["cancel_goal"] > 2)
+        assert not deadman.guard.status.acknowledged and not deadman.view.reset().ok
+        rig.graph.nav2_faults.cancel_code = None
+        eventually(lambda: bool(deadman.step(0.3)) and deadman.guard.status.acknowledged and not rig.robot.moving)
+        eventually(lambda: bool(deadman.step(0.3)) and deadman.view.reset().ok)
+
+
 def test_a_workstation_that_says_goodbye_stops_nothing(rig, deadman, eventually):
     with Heartbeat(rig.link):
         eventually(lambda: deadman.step() is WatchdogState.ARMED)
@@ -186,9 +202,16 @@ def test_the_one_workstation_too_many_is_told_that_nobody_watches_it(rig, deadma
     """Sixteen others beat, so the state is armed; the seventeenth must not drive for all that."""
     keys, view = WatchdogKeys(BridgeKeys()), WatchdogView(rig.link, workstation="f" * 32)
     view.start()
-    for number in range(WORKSTATIONS_MAX):
-        rig.link.put(keys.heartbeat, packed(HeartbeatMessage(workstation=f"{number:032x}", sequence=0)))
-    eventually(lambda: bool(deadman.step()) and len(deadman.guard.status.watched) == WORKSTATIONS_MAX)
+
+    def beat() -> None:
+        for number in range(WORKSTATIONS_MAX):
+            rig.link.put(keys.heartbeat, packed(HeartbeatMessage(workstation=f"{number:032x}", sequence=0)))
+
+    eventually(
+        lambda: bool(deadman.step()) and len(deadman.guard.status.watched) == WORKSTATIONS_MAX,
+        "all are watched, once the router knows of our subscription",
+        again=beat,
+    )
     with Heartbeat(rig.link, workstation="f" * 32):
         eventually(lambda: "takes no more" in (view.trouble() or ""), again=deadman.tell)
         assert deadman.guard.status.state is WatchdogState.ARMED and deadman.view.trouble() is None
@@ -206,9 +229,17 @@ def test_who_is_watched_is_named_from_the_first_beat_to_the_goodbye(rig, deadman
 
 def test_bad_heartbeats_are_counted_and_not_logged_one_by_one(rig, deadman, eventually, caplog):
     keys = WatchdogKeys(BridgeKeys())
+
+    def beat(workstation: str) -> None:
+        rig.link.put(keys.heartbeat, packed(HeartbeatMessage(workstation=workstation * 32, sequence=0)))
+
+    def watched(workstation: str) -> bool:
+        return bool(deadman.step()) and workstation * 32 in deadman.guard.status.watched
+
+    eventually(lambda: watched("a"), "the router knows of our subscription", again=lambda: beat("a"))
     for _ in range(1000):
         rig.link.put(keys.heartbeat, b"no heartbeat")
-    rig.link.put(keys.heartbeat, packed(HeartbeatMessage(workstation="b" * 32, sequence=0)))
-    eventually(lambda: bool(deadman.step()) and bool(deadman.guard.status.watched))
+    beat("b")
+    eventually(lambda: watched("b"))
     lines = [record.getMessage() for record in caplog.records if "heartbeat was ignored" in record.getMessage()]
     assert len(lines) == 10 and "(512 so far)" in lines[-1]
