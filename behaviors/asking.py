@@ -16,6 +16,7 @@ from openbelief.grounded.which import BY_VIEWER
 from openbelief.memory import Candidate, ObjectMemory
 from openbelief.request import Request
 from openbelief.request.encoded import EncodedRequest
+from openbelief.request.places import HERE
 
 Doubt = Literal["found", "unsure", "not found"]
 
@@ -61,10 +62,11 @@ def retrieve(
 
 
 def viewer_of(request: Request, policy: MissionPolicy, ports: Ports) -> Viewer | None:
-    """Where the robot stands, where the sentence needs it ("the nearest", "left of"); else nobody is asked."""
+    """Where the robot stands, where the sentence needs it ("nearest", "left of", "here"); else nobody is asked."""
     by_pose = request.which is not None and request.which.kind in BY_VIEWER
     by_side = any(relation.kind in DIRECTIONS for relation in request.every_relation)
-    if policy.readout != "grounded" or not (by_pose or by_side):
+    by_room = request.place in HERE or any(negation.place in HERE for negation in request.negations)
+    if policy.readout != "grounded" or not (by_pose or by_side or by_room):
         return None
     pose = robot_pose(ports, policy)
     return Viewer(pose.x, pose.y, pose.yaw)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from openbelief.phrase import clean
 
 MAX_CHARACTERS = 300
+NAMES_NOTHING = "The sentence names nothing to look for: say for example 'take me to the lamp'."
 POLITE = r"please|hey|hi|hello|ok|okay|now|just|kindly"
 ASKING = (
     r"(?:can|could|will|would) you|i (?:want|need|would like|'d like)(?: you)?(?: to)?|i'd like(?: you)?(?: to)?|"
@@ -56,6 +57,6 @@ def target_phrase(sentence: str) -> TargetPhrase:
     told = WHERE_IT_IS.sub(r"where is \g<thing>", TRAILING.sub("", words))
     text = LEADING.sub("", told).strip(" .,;:!?").lower()
     if not any(letter.isalnum() for letter in text):
-        raise ValueError("The sentence names nothing to look for: say for example 'take me to the lamp'.")
+        raise ValueError(NAMES_NOTHING)
     place = PLACE.search(text)
     return TargetPhrase(text, place["place"] if place else None)

@@ -12,6 +12,7 @@ from openbelief.grounded.doubt import Verdict, judge
 from openbelief.grounded.reader import Reading
 from openbelief.grounded.thing import ThingScores
 from openbelief.grounded.typos import did_you_mean
+from openbelief.request.places import PLACES
 from openbelief.retrieval import Candidate
 
 OFFERS = 3
@@ -91,6 +92,13 @@ def candidate(reading: Reading, i: int) -> GroundedCandidate:
     )
 
 
+def _offered(reading: Reading, phrases: tuple[str, ...]) -> tuple[str, ...]:
+    """For the thing, and for every place and anchor that the map does not hold."""
+    places = (*phrases, *(room.lower() for room in reading.room_names), *(row[0] for row in PLACES))
+    offers = [did_you_mean(reading.request.target, phrases), *(did_you_mean(each, places) for each in reading.misread)]
+    return tuple(dict.fromkeys(offer for each in offers for offer in each))[:OFFERS]
+
+
 def answer(
     reading: Reading,
     phrases: Callable[[], tuple[str, ...]],
@@ -109,6 +117,6 @@ def answer(
         understood=understood,
         candidates=tuple(candidate(reading, i) for i in ids[:limit]),
         offers=tuple(sorted(ids, key=lambda i: (-reading.head[i], i))[:OFFERS]),
-        did_you_mean=() if verdict == "found" else did_you_mean(request.target, phrases()),
+        did_you_mean=() if verdict == "found" else _offered(reading, phrases()),
         notes=(*reading.notes, *reading.doubts),
     )

@@ -93,6 +93,10 @@ def _under(boxes: ObjectBoxes, anchor: int, held: bool, options: GroundedOptions
     return np.exp(-gaps(boxes, anchor).level / options.touch_m) * np.exp(-short / options.height_m)
 
 
+def _above(boxes: ObjectBoxes, anchor: int, held: bool, options: GroundedOptions) -> Array:
+    return _under(boxes, anchor, not held, options)
+
+
 def _in(boxes: ObjectBoxes, anchor: int, held: bool, options: GroundedOptions) -> Array:
     """The share of the one's box that lies in the other's, grown by `touch_m`."""
     inner, outer = (anchor, slice(None)) if held else (slice(None), anchor)
@@ -137,6 +141,7 @@ MEASURES: dict[RelationKind, Callable[[ObjectBoxes, int, bool, GroundedOptions],
     "nearest to": _nearest,
     "farthest from": _farthest,
     "on": _on,
+    "above": _above,
     "under": _under,
     "in": _in,
     "with": _with,

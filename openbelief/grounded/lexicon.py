@@ -7,6 +7,8 @@ each other share a row: a blackboard is no whiteboard. A word may stand in two r
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
 from functools import cache
 
 SAME = """
@@ -330,36 +332,63 @@ machine: washing machine, coffee maker, sewing machine, vending machine
 furniture: sofa, table, chair, bed, wardrobe, cabinet
 """
 
-# What a thing is for, by the verb that a sentence such as "something to sit on" holds.
+# What a thing is for, by what is done with it, as `purpose_of` gives it ("something to sit on" is to "sit"). A verb
+# that stands alone in a row is enough by itself: "write a letter" is to "write".
 FOR = """
-sit, sit on, sit down, rest: chair, sofa, armchair, stool, bench
-sleep, sleep in, sleep on, lie down, nap: bed, sofa, mattress
-drink, drink from, drink out of: cup, mug, glass, bottle
+sit, sit down, rest, have seat, take seat: chair, sofa, armchair, stool, bench
+sleep, lie, lie down, nap, take nap: bed, sofa, mattress
+drink: cup, mug, glass, bottle
 read: book, magazine, newspaper
-write, write with, draw with: pen, pencil
+write, draw: pen, pencil
 write on, draw on: whiteboard, notebook, desk
 eat from, eat out of: plate, bowl
-cook, cook on, cook with: stove, pan, pot
-keep cold, cool: refrigerator, freezer
-wash my hands, wash hands: sink, washbasin
-wash clothes, do the laundry: washing machine
-throw away, put rubbish in, put trash in: trash can
-play with: toy, ball, teddy bear, game console
-play music on: piano, guitar
-watch, watch movies on: television
-type on: keyboard, laptop, computer
-ride, ride on: bicycle, scooter
-clean, clean with, sweep with: broom, vacuum cleaner, mop
-put out a fire, extinguish a fire: fire extinguisher
-climb on, climb: ladder, step stool
-pack, travel with: suitcase, backpack
-keep dry, use in the rain: umbrella
-call, make a call: telephone, cell phone
-print, print with: printer
-light, see in the dark: lamp, flashlight
-make coffee: coffee maker
-boil water: kettle
+eat, eat at, dine: dining table
+work, work at, study: desk
+cook, fry: stove, pan, pot
+bake: oven
+heat food, warm food, warm up food, heat up food: microwave, stove, oven
+keep food cold, keep drinks cold, keep milk cold, keep cold, cool, cool drinks: refrigerator, freezer
+wash hands: sink, washbasin
+wash dishes, do dishes: kitchen sink, dishwasher
+wash clothes, do laundry, wash laundry: washing machine
+dry clothes, dry laundry: tumble dryer, drying rack
+dry hands: towel, paper towel
+dry hair: hair dryer
+iron, iron clothes, iron shirt: iron, ironing board
+hang coat, hang jacket, hang up coat: coat rack, wardrobe
+store clothes, put clothes, keep clothes: wardrobe, dresser
+store books, put books, keep books: bookcase
+throw away, put rubbish, put trash, put garbage, throw rubbish, throw trash, throw garbage: trash can
+play: toy, ball, teddy bear, game console
+play music, make music: piano, guitar
+listen to music, hear music: loudspeaker, stereo, radio
+watch, watch movies, watch tv: television
+type: keyboard, laptop, computer
+ride: bicycle, scooter
+clean, sweep, mop: broom, vacuum cleaner, mop
+put out fire, extinguish: fire extinguisher
+climb, reach ceiling: ladder, step stool
+pack, travel: suitcase, backpack
+keep dry, use rain: umbrella
+call, make call, phone: telephone, cell phone
+print: printer
+light, see dark: lamp, flashlight
+make coffee, brew coffee: coffee maker
+make toast, toast: toaster
+boil water, make tea: kettle
+cut: knife, scissors
+see myself, look at myself: mirror
+tell time, see time, know time: clock, alarm clock
+take bath, bathe: bathtub
+take shower, shower: shower
+brush teeth: toothbrush
+exercise, work out: treadmill, exercise bike, dumbbell
 """
+
+
+PURPOSE = re.compile(r"(?:^|\s)(?:(?:that |which )?(?:i|we|you|one) (?:can|could)|to|(?P<gerund>for)) (?P<what>.+)$")
+SMALL = frozenset(("my", "our", "your", "the", "a", "an", "some", "this", "that", "these", "something", "things", "it"))
+PARTICLES = frozenset(("on", "in", "into", "from", "out", "of", "with", "at", "to", "by", "under", "onto"))
 
 
 @cache
@@ -373,21 +402,46 @@ def same(words: str) -> tuple[str, ...]:
 def kinds(words: str) -> tuple[str, ...]:
     """What is of this kind, or serves the purpose that the words name; () where nothing is known."""
     of_kind = [thing for kind, things in _pairs(KINDS) if words in kind for thing in things]
-    purpose = words.partition(" to ")[2] or words.partition(" i can ")[2]
-    serving = [thing for verbs, things in _pairs(FOR) if purpose in verbs for thing in things]
-    return tuple(dict.fromkeys([*of_kind, *serving]))
+    return tuple(dict.fromkeys([*of_kind, *_serving(purpose_of(words))]))
+
+
+def purpose_of(words: str) -> tuple[str, ...]:
+    """What a thing is for, as said and barer: "something to wash my hands in" -> "wash hands in", "wash hands"."""
+    found = PURPOSE.search(words)
+    if found is None:
+        return ()
+    said = [word for word in found["what"].split() if word not in SMALL]
+    if found["gerund"] and said and said[0].endswith("ing"):
+        said[0] = re.sub(r"(.)\1$", r"\1", said[0].removesuffix("ing"))
+    barer = list(said)
+    while len(barer) > 1 and barer[-1] in PARTICLES:
+        barer.pop()
+    return tuple(dict.fromkeys(" ".join(each) for each in (said, barer, said[:1]) if each))
+
+
+def _serving(purposes: Sequence[str]) -> tuple[str, ...]:
+    """The things of the first of these purposes that a row knows."""
+    for purpose in purposes:
+        if things := [thing for verbs, things in _pairs(FOR) if purpose in verbs for thing in things]:
+            return tuple(things)
+    return ()
 
 
 def other_thing(words: str, phrase: str) -> bool:
     """Whether both are known, and no speaker would take the one for the other: a folding chair is no comfy chair.
 
-    Words that are part of each other may be the same thing ("chair", "folding chair").
+    Words that are part of each other may be the same thing ("chair", "folding chair"), and so may those of which one
+    is a kind of what the other is called: a coffee mug is a mug, which is a cup.
     """
-    if words == phrase or words.endswith(f" {phrase}") or phrase.endswith(f" {words}"):
+    if words == phrase or any(_ends_in(a, b) for a, b in ((words, phrase), (phrase, words))):
         return False
     if not (is_known(words) and is_known(phrase)):
         return False
     return phrase not in same(words) and not _of_kind(words, phrase) and not _of_kind(phrase, words)
+
+
+def _ends_in(longer: str, shorter: str) -> bool:
+    return any(longer.endswith(f" {name}") for name in (shorter, *same(shorter)))
 
 
 def _of_kind(kind: str, phrase: str) -> bool:
@@ -399,6 +453,17 @@ def _of_kind(kind: str, phrase: str) -> bool:
 def is_known(words: str) -> bool:
     """Whether some row holds exactly these words."""
     return any(words in row for row in _rows(SAME)) or any(words in kind or words in of for kind, of in _pairs(KINDS))
+
+
+@cache
+def is_word(word: str) -> bool:
+    """Whether some row holds this word by itself or in a name: it is spelt right."""
+    return word in _words()
+
+
+@cache
+def _words() -> frozenset[str]:
+    return frozenset(re.findall(r"[a-z'-]+", f"{SAME} {KINDS} {FOR}"))
 
 
 @cache

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from openbelief.arrays import Array
+from openbelief.grounded.geometry import Viewer
 from openbelief.grounded.options import GroundedOptions
 from openbelief.grounded.place_hints import HINTS
 from openbelief.grounded.table import MapTable
@@ -64,6 +65,19 @@ def _soft(
         within = _contained(table.centroid, derived, options.room_slack_m)
         score, likely = score + options.derived_weight * (within - 1.0), np.maximum(likely, within)
     return PlaceScores(score, likely)
+
+
+def place_around(
+    table: MapTable, rooms: Sequence[Room], place: str, viewer: Viewer | None, options: GroundedOptions
+) -> PlaceScores:
+    """The room in which the one who asks stands."""
+    around = [room for room in rooms if viewer is not None and bool(inside(viewer.xy[None], room.polygon_xy)[0])]
+    if not around:
+        note = f"where {place!r} is cannot be told without knowing which room you are in"
+        return PlaceScores(np.zeros(len(table)), np.ones(len(table)), False, note)
+    held = _contained(table.centroid, around, options.room_slack_m)
+    weight = options.given_weight if around[0].given else options.derived_weight
+    return PlaceScores(weight * (held - 1.0), held)
 
 
 def is_room_of(rooms: Sequence[Room], place: str) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -11,16 +11,17 @@ import numpy as np
 from openbelief.arrays import Array
 from openbelief.grounded.geometry import Viewer
 from openbelief.grounded.levels import DoubtLevels, doubt_levels
+from openbelief.grounded.lexicon import same
 from openbelief.grounded.negation import is_phrase, penalty
 from openbelief.grounded.options import GroundedOptions
-from openbelief.grounded.place import PlaceScores, inferred_places, is_room_of, place_scores
+from openbelief.grounded.place import PlaceScores, inferred_places, is_room_of, place_around, place_scores
 from openbelief.grounded.relation import relation_scores
 from openbelief.grounded.table import MapTable
 from openbelief.grounded.thing import Name, ThingScores, generic_scores, scores_of_names, thing_scores
 from openbelief.grounded.which import BY_VIEWER, fitting, in_order
 from openbelief.phrase import is_background
 from openbelief.request.encoded import EncodedRequest
-from openbelief.request.places import is_place
+from openbelief.request.places import HERE, is_named_place, is_place
 from openbelief.request.request import Negation, Relation, Request
 from openbelief.rooms import Room
 
@@ -32,7 +33,8 @@ class Reading:
     score: the sum of the terms; -inf where a node cannot be meant (background). head, visual: the thing's H and
     <f^v, q>. thing, place, relation, negation, which: the terms. fulfilled: how far the relations hold, 1 without any.
     inside: how far each node is in the place, 1 without one. notes: what the operator is told. doubts: what keeps the
-    answer from being sure. unused: words that could not be used, beside the request's own. anchors: the best H of each.
+    answer from being sure. unused: words that could not be used, beside the request's own. misread: places and anchors
+    that the map does not hold; they may be misspelt. room_names: of the memory's rooms. anchors: the best H of each.
     place_known, place_given: whether the asked place says anything, and whether by rooms that a person gave.
     """
 
@@ -50,6 +52,8 @@ class Reading:
     notes: tuple[str, ...]
     doubts: tuple[str, ...]
     unused: tuple[str, ...]
+    misread: tuple[str, ...]
+    room_names: tuple[str, ...]
     anchors: tuple[tuple[str, float], ...]
     place_known: bool
     place_given: bool
@@ -67,7 +71,7 @@ class GroundedReader:
         text_encoder_id: str,
         options: GroundedOptions | None = None,
     ) -> None:
-        self._make_table, self._rooms = make_table, tuple(rooms)
+        self._make_table, self.rooms = make_table, tuple(rooms)
         self.options = options or GroundedOptions()
         self.levels = doubt_levels(text_encoder_id, self.options)
         self._places: Array | None = None
@@ -84,16 +88,22 @@ class GroundedReader:
         """(d,) float64 unit query: the thing's term alone, over every node."""
         return scores_of_names(self.table, [Name(query, False)], self.options)
 
-    def place(self, place: str, asked: EncodedRequest) -> PlaceScores:
-        return place_scores(self.table, self._rooms, place, lambda: self._inferred(asked), self.options)
+    def place(self, place: str, asked: EncodedRequest, viewer: Viewer | None = None) -> PlaceScores:
+        if place in HERE and not is_room_of(self.rooms, place):
+            return place_around(self.table, self.rooms, place, viewer, self.options)
+        return place_scores(self.table, self.rooms, place, lambda: self._inferred(asked), self.options)
+
+    @property
+    def room_names(self) -> tuple[str, ...]:
+        return tuple(room.name for room in self.rooms)
 
     @property
     def given_rooms(self) -> bool:
         """Whether a person said where the rooms are."""
-        return any(room.given for room in self._rooms)
+        return any(room.given for room in self.rooms)
 
     def is_room(self, words: str) -> bool:
-        return is_place(words) or is_room_of(self._rooms, words)
+        return is_place(words) or is_room_of(self.rooms, words)
 
     def _inferred(self, asked: EncodedRequest) -> Array:
         if self._places is None:
@@ -111,13 +121,14 @@ class _Question:
         self._notes: list[str] = []
         self._doubts: list[str] = []
         self._unused: list[str] = []
+        self._misread: list[str] = []
         self._anchors: list[tuple[str, float]] = []
         self._fulfilled = np.ones(len(self._table))
 
     def reading(self) -> Reading:
         request, n = self._asked.request, len(self._table)
         request = self._placed(request)
-        thing = generic_scores(self._table, self._options) if request.generic else self._of(request.target)
+        thing = self._generic(request) if request.generic else self._of(request.target)
         allowed = np.full(n, True) if is_background(request.target) else ~self._table.background
         place = self._place(request.place)
         fits = fitting(thing.head, allowed, self._options)
@@ -141,6 +152,8 @@ class _Question:
             notes=tuple(self._notes),
             doubts=tuple(self._doubts),
             unused=tuple(self._unused),
+            misread=tuple(self._misread),
+            room_names=self._reader.room_names,
             anchors=tuple(self._anchors),
             place_known=request.place is not None and place.known,
             place_given=self._reader.given_rooms,
@@ -153,14 +166,32 @@ class _Question:
             self._known[words] = thing_scores(self._table, words, self._asked, self._options)
         return self._known[words]
 
+    def _generic(self, request: Request) -> ThingScores:
+        """Every object is a thing; where nothing else is said either, any of them would do, and that is no answer."""
+        if not (request.place or request.relations):
+            self._doubts.append(f"{request.target!r} names no thing, and nothing is said of where it is")
+        return generic_scores(self._table, request.target, self._options)
+
     def _placed(self, request: Request) -> Request:
-        """What only the memory can tell: that "in X" names one of its rooms, or that "with X" describes the thing."""
+        """What only the memory can tell: that "in X" names one of its rooms, that "with X" describes the thing, or
+        that what is asked for is itself a room and nothing on the map is called so.
+        """
+        target = request.target
+        room = is_named_place(target) or is_room_of(self._reader.rooms, target)
+        if request.place is None and room and not self._is_called(target):
+            self._doubts.append(f"{request.target!r} is a place, and a drive goes to a thing in it: name one")
+            request = replace(request, place=target)
         for relation in request.relations:
             if relation.kind == "in" and request.place is None and self._reader.is_room(relation.anchors[0]):
                 request = request.with_place(relation.anchors[0], without=relation)
             elif relation.kind == "with" and relation.holds is None and not self._is_here(relation.anchors[0]):
                 request = request.described_by(relation)
         return request
+
+    def _is_called(self, words: str) -> bool:
+        """Whether some phrase of the map is this word, or means the same."""
+        known = set(self._table.words)
+        return words in known or not known.isdisjoint(same(words))
 
     def _is_here(self, words: str) -> bool:
         return bool(self._of(words).head.max(initial=-1.0) >= self._reader.levels.unsure)
@@ -169,9 +200,10 @@ class _Question:
         n = len(self._table)
         if place is None:
             return PlaceScores(np.zeros(n), np.ones(n))
-        scores = self._reader.place(place, self._asked)
+        scores = self._reader.place(place, self._asked, self._viewer)
         if not scores.known:
             self._unused += place.split()
+            self._misread.append(place)
             self._doubts.append(scores.note)
         return scores
 
@@ -190,10 +222,11 @@ class _Question:
         ]
         if missing:
             self._unused += [word for anchor in missing for word in anchor.split()]
+            self._misread += missing
             told = [f"the map holds nothing like {anchor!r}" for anchor in missing]
             (self._notes if all(map(is_background, missing)) else self._doubts).extend(told)  # walls are everywhere
             return np.zeros(len(self._table))
-        self._fulfilled = np.minimum(self._fulfilled, scores.value)
+        self._fulfilled = np.minimum(self._fulfilled, scores.holds)
         value = np.where(fits, scores.value, 0.0)
         return self._options.relation_weight * np.log(self._options.relation_floor + value)
 
@@ -202,7 +235,7 @@ class _Question:
         if negation.phrase is not None:
             degree = degree * is_phrase(self._table, negation.phrase, request.target, self._of(negation.phrase), thing)
         if negation.place is not None:
-            place = self._reader.place(negation.place, self._asked)
+            place = self._reader.place(negation.place, self._asked, self._viewer)
             degree = degree * (place.inside if place.known else 0.0)
         if negation.relation is not None:
             degree = (
@@ -214,9 +247,9 @@ class _Question:
         """What is added to put the ones meant first, among those that are not ruled out and stand in the place."""
         if request.which is None:
             return np.zeros(len(score))
-        allowed = (
-            np.isfinite(score) & (negation > -self._options.not_weight / 2) & (inside >= 0.5 * inside.max(initial=0.0))
-        )
+        allowed = np.isfinite(score) & (negation > -self._options.not_weight / 2)
+        for degree in (inside, self._fulfilled):
+            allowed &= degree >= 0.5 * degree.max(initial=0.0, where=allowed)
         fits = fitting(head, allowed, self._options)
         if not fits.any():
             return np.zeros(len(score))

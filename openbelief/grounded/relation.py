@@ -28,9 +28,12 @@ ScoresOf = Callable[[str], ThingScores]
 
 @dataclass(frozen=True, eq=False)
 class RelationScores:
-    """value: (n,) in [0, 1]. anchor_heads: the best H among the candidates for each anchor, in their order."""
+    """value: (n,) in [0, 1], what is expected over the anchors. holds: (n,) in [0, 1], to the anchor to which it holds
+    best. anchor_heads: the best H among the candidates for each anchor, in their order.
+    """
 
     value: Array
+    holds: Array
     anchor_heads: tuple[float, ...]
 
 
@@ -42,14 +45,17 @@ def relation_scores(
     likely = [_likely(table, relation, anchor, of, viewer, options) for anchor in relation.anchors]
     heads = tuple(_best_head(table, anchor, of) for anchor in relation.anchors)
     if relation.kind == "between":
-        return RelationScores(_between(boxes, likely, options), heads)
+        return RelationScores(*_between(boxes, likely, options), heads)
     kind, held = _meant(relation)
-    value = np.zeros(len(table))
+    value, holds = np.zeros(len(table)), np.zeros(len(table))
     for anchor, share in likely[0]:
         near = nearness(boxes, kind, anchor, held, viewer, options)
         near[table.group == table.group[anchor]] = 0.0  # nothing stands next to itself
         value += share * near
-    return RelationScores(np.clip(value, 0.0, 1.0), heads)
+        holds = np.maximum(holds, near)
+    if kind in ("nearest to", "farthest from"):  # however far: some one always is
+        holds = np.ones(len(table))
+    return RelationScores(np.clip(value, 0.0, 1.0), holds, heads)
 
 
 def _meant(relation: Relation) -> tuple[RelationKind, bool]:
@@ -86,14 +92,20 @@ def _best_head(table: MapTable, anchor: str, of: ScoresOf) -> float:
     return float(head.max(initial=-1.0))
 
 
-def _between(boxes: ObjectBoxes, likely: list[list[tuple[int, float]]], options: GroundedOptions) -> Array:
-    """exp(-detour / scale) of the way from one anchor over the node to the other, seen from above."""
-    value = np.zeros(len(boxes.low))
+def _between(
+    boxes: ObjectBoxes, likely: list[list[tuple[int, float]]], options: GroundedOptions
+) -> tuple[Array, Array]:
+    """exp(-detour / scale) of the way from one anchor over the node to the other, seen from above.
+
+    First what is expected over all pairs of anchors, then the best pair's.
+    """
+    value, holds = np.zeros(len(boxes.low)), np.zeros(len(boxes.low))
     pairs = [(a, b, p * q) for a, p in likely[0] for b, q in likely[-1] if a != b]
     for a, b, share in sorted(pairs, key=lambda pair: -pair[2])[:ANCHORS_MAX]:
         to_a, to_b = (np.linalg.norm(boxes.middle[:, :2] - boxes.middle[i, :2], axis=1) for i in (a, b))
         detour = to_a + to_b - np.linalg.norm(boxes.middle[a, :2] - boxes.middle[b, :2])
-        near = share * np.exp(-detour / options.between_m)
+        near = np.exp(-detour / options.between_m)
         near[[a, b]] = 0.0
-        value += near
-    return np.clip(value, 0.0, 1.0)
+        value += share * near
+        holds = np.maximum(holds, near)
+    return np.clip(value, 0.0, 1.0), holds

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -13,7 +14,10 @@ from openbelief.grounded.lexicon import is_known, kinds, other_thing, same
 from openbelief.grounded.options import GroundedOptions
 from openbelief.grounded.table import MapTable
 from openbelief.request.encoded import EncodedRequest
+from openbelief.request.words import GENERIC
 
+DESCRIBED = re.compile(r"(?P<thing>\S.*?) (?:with|without|to|for|of|made of|that|which) (?:an? |the )?(?P<what>\S.*)")
+MEASURES = frozenset(("pair", "piece", "set", "kind", "sort", "type", "box full", "bit"))
 UNNAMED = -1.0  # H of a node without language: the lowest cosine
 SURE = 1.0  # H of every node where the sentence names no thing
 
@@ -46,17 +50,41 @@ def names_of(text: str, asked: EncodedRequest, options: GroundedOptions) -> list
     return [Name(rows[0], False), *others]
 
 
+def described_thing(text: str) -> list[str]:
+    """The thing that a description is of, and its other names: "mug with a flower pattern" -> "mug", "cup".
+
+    What the map's phrases do not say of it makes it no other thing.
+    """
+    found = DESCRIBED.match(text)
+    if found is None or found["thing"] in GENERIC:
+        return []
+    thing = found["what"] if found["thing"] in MEASURES else found["thing"]
+    return [thing, *(same(thing) or same(_singular(thing)))]
+
+
 def thing_scores(table: MapTable, text: str, asked: EncodedRequest, options: GroundedOptions) -> ThingScores:
     """S = share z(H) + (1 - share) z(<f^v, q>) - cost / sqrt(looks) + colour."""
     cost = options.other_cost * _other_things(table, without_colour(text))
     scores = scores_of_names(table, names_of(text, asked, options), options, cost)
     colour = options.colour_weight * colour_evidence(table, text, options)
-    return ThingScores(scores.score + colour, scores.head, scores.visual)
+    head = np.maximum(scores.head, _described_head(table, without_colour(text), asked, options))
+    return ThingScores(scores.score + colour, head, scores.visual)
 
 
-def generic_scores(table: MapTable, options: GroundedOptions) -> ThingScores:
-    """Where the thing is not named ("something on the table") every object is one."""
-    return ThingScores(-_doubted(table, options), np.full(len(table), SURE), None)
+def _described_head(table: MapTable, bare: str, asked: EncodedRequest, options: GroundedOptions) -> Array | float:
+    """H of the thing that a description is of: what no phrase says of it only tells things of a kind apart."""
+    thing, *others = described_thing(bare) or [""]
+    if not thing:
+        return UNNAMED
+    rows = asked.of([thing, *others])
+    names = [Name(row, True, options.synonym_cost * (1 + (k > 0))) for k, row in enumerate(rows)]
+    return language_head(table, names, options)
+
+
+def generic_scores(table: MapTable, text: str, options: GroundedOptions) -> ThingScores:
+    """Where the thing is not named ("something on the table", "the blue one") every object is one, of that colour."""
+    colour = options.colour_weight * colour_evidence(table, text, options)
+    return ThingScores(colour - _doubted(table, options), np.full(len(table), SURE), None)
 
 
 def scores_of_names(

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from openbelief.grounded.lexicon import is_known
+from openbelief.grounded.lexicon import is_word
+from openbelief.request import words as w
 
 OFFERED_MAX = 3
 SHORTEST = 4  # letters; shorter words are one slip away from too many others
@@ -20,7 +21,7 @@ def did_you_mean(target: str, phrases: Iterable[str]) -> tuple[str, ...]:
     words = target.split()
     offers: list[tuple[int, str]] = []
     for i, word in enumerate(words):
-        if len(word) < SHORTEST or word in known or word.removesuffix("s") in known or is_known(word):
+        if len(word) < SHORTEST or word in known or word.removesuffix("s") in known or is_word(word) or word in w.KNOWN:
             continue
         reach = 1 if len(word) < 7 else 2
         near = ((slips_between(word, other, reach), other) for other in known if len(other) >= SHORTEST)

@@ -12,6 +12,8 @@ from openbelief.grounded.options import GroundedOptions
 from openbelief.grounded.table import MapTable
 from openbelief.request.request import Which
 
+TURN_M = 3.0  # a radian away from where somebody looks is as these metres
+
 
 def fitting(head: Array, allowed: Array, options: GroundedOptions) -> Array:
     """(n,) bool: the nodes whose H is at most `fit_margin` below the best that is allowed."""
@@ -76,6 +78,15 @@ def _away(table: MapTable, nodes: Array, viewer: Viewer) -> float:
     return float(np.hypot(*np.maximum(np.maximum(low[:2] - viewer.xy, viewer.xy - high[:2]), 0.0)))
 
 
+def _ahead(table: MapTable, nodes: Array, viewer: Viewer) -> float:
+    """How far away, and how far from straight ahead."""
+    return _away(table, nodes, viewer) + TURN_M * abs(_leftness(table, nodes, viewer))
+
+
+def _behind(table: MapTable, nodes: Array, viewer: Viewer) -> float:
+    return _away(table, nodes, viewer) + TURN_M * (np.pi - abs(_leftness(table, nodes, viewer)))
+
+
 def _leftness(table: MapTable, nodes: Array, viewer: Viewer) -> float:
     """The bearing to the left of where the viewer looks, radians in [-pi, pi)."""
     low, high = _box(table, nodes)
@@ -95,4 +106,6 @@ BY_VIEWER: dict[str, tuple[Callable[[MapTable, Array, Viewer], float], bool]] = 
     "farthest": (_away, True),
     "left-most": (_leftness, True),
     "right-most": (_leftness, False),
+    "ahead": (_ahead, False),
+    "behind": (_behind, False),
 }

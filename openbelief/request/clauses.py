@@ -7,14 +7,22 @@ from dataclasses import replace
 
 from openbelief.request import words as w
 from openbelief.request.cursor import Cursor, bare
-from openbelief.request.places import is_place
+from openbelief.request.places import EVERYWHERE, is_place
 from openbelief.request.request import Negation, Relation, Which
-from openbelief.request.words import RelationKind
+from openbelief.request.words import RelationKind, WhichKind
 
 PLACING = ("in", "inside", "within", "at", "from", "on", "into")
-SELF = ("me", "you", "us", "here", "robot", "myself", "yourself")
-BY_DISTANCE = ("next to", "nearest to", "farthest from")
-ADJECTIVES = w.COLOURS | w.SIZES
+PURPOSE = frozenset(("to", "can", "could", "for"))
+# "left of ME" is which one, not where.
+AS_SEEN: dict[RelationKind, WhichKind] = {
+    "next to": "nearest",
+    "nearest to": "nearest",
+    "farthest from": "farthest",
+    "left of": "left-most",
+    "right of": "right-most",
+    "in front of": "ahead",
+    "behind": "behind",
+}
 
 
 class Clauses:
@@ -28,26 +36,42 @@ class Clauses:
         self.negations: list[Negation] = []
         self.which: Which | None = None
         self.unused: list[str] = []
+        self._pointed_at: list[str] = []  # "not THAT CHAIR": of the kind that is wanted
+        self._ways = (
+            *(self._side, self._ranked_anchor, self._another_anchor, self._aside, self._superlative, self._whereabouts),
+            *(self._told, self._refinement),
+        )
 
     def read(self) -> None:
         cursor = self._cursor
         if cursor.stands(w.NEGATIONS) and not cursor.compound(0):  # "not the red chair, the blue one"
             self._negation()
-            cursor.skip_word(",")
+            cursor.skip_words(",", "but", "rather", "instead")
         self._read_which()
-        self.thing = cursor.segment()
+        self.thing = self._without_dangling(cursor.segment())
         while cursor.word is not None:
             self._clause()
         self._name_the_pronoun()
 
+    def _without_dangling(self, thing: list[str]) -> list[str]:
+        """ "the chair NEXT TO", and nothing behind it: told as unused; "something to sit ON" is what it is for."""
+        for entry in (*w.RELATIONS, ("of",), ("and",), ("or",)):
+            before = thing[: -len(entry)]
+            if before and tuple(thing[-len(entry) :]) == entry and PURPOSE.isdisjoint(before):
+                self.unused += entry
+                return self._without_dangling(before)
+        return thing
+
     def _clause(self) -> None:
         cursor = self._cursor
-        cursor.skip_word(",")
-        for one in (self._side, self._ranked_anchor, self._aside, self._superlative, self._told, self._refinement):
-            if one():
-                return
+        cursor.skip_words(",")
+        if any(one() for one in self._ways):
+            return
         before = cursor.at
-        self.unused += cursor.segment()
+        if self.thing:
+            self.unused += cursor.segment()
+        else:  # "in the kitchen, next to the sink, A LAMP"
+            self.thing = cursor.segment()
         if cursor.at == before:  # nothing can be made of this word
             self.unused += cursor.rest[:1]
             cursor.at += 1
@@ -55,8 +79,11 @@ class Clauses:
     def _told(self) -> bool:
         """A negation, a place or a relation; "that is" and the like before it say nothing more."""
         cursor = self._cursor
-        cursor.skip(w.FILLERS, only_before=(*w.NEGATIONS, *w.RELATIONS))
-        if cursor.stands(w.NEGATIONS):
+        cursor.skip(w.FILLERS, only_before=(*w.LACKS, *w.NEGATIONS, *w.RELATIONS))
+        if length := cursor.stands(w.LACKS):
+            cursor.at += length
+            self._without(cursor.segment())
+        elif cursor.stands(w.NEGATIONS) > cursor.stands(w.RELATIONS):  # "not far from" is near
             self._negation()
         elif cursor.stands(w.RELATIONS):
             relation, place = self._relation()
@@ -93,6 +120,10 @@ class Clauses:
             return None, None
         if word in PLACING and is_place(" ".join(anchor)):
             return None, " ".join(anchor)
+        if kind == "in" and anchor == ["room"]:  # "in this room"
+            return None, "this room"
+        if word in PLACING and " ".join(anchor) in EVERYWHERE:
+            return None, None
         anchors = _anchors(kind, anchor)
         if not anchors:
             return None, None
@@ -108,9 +139,9 @@ class Clauses:
 
     def _of_myself(self, kind: RelationKind, anchor: list[str]) -> bool:
         """ "next to me" is which one, not where."""
-        if anchor[-1] not in SELF or kind not in BY_DISTANCE:
+        if anchor[-1] not in w.SELF or kind not in AS_SEEN:
             return False
-        self.which = Which("farthest" if kind == "farthest from" else "nearest")
+        self.which = Which(AS_SEEN[kind], self.which.number if self.which else 1)
         return True
 
     def _adjective(self, kind: RelationKind, anchor: list[str]) -> bool:
@@ -121,18 +152,29 @@ class Clauses:
         return True
 
     def _negation(self) -> None:
-        cursor, without = self._cursor, self._cursor.word == "without"
+        cursor, outside = self._cursor, self._cursor.word == "outside"
         cursor.at += cursor.stands(w.NEGATIONS)
-        if without:
-            self._without(cursor.segment())
+        if outside:
+            self.negations.append(Negation(place=" ".join(cursor.segment()) or None))
             return
-        cursor.skip(w.FILLERS)
+        cursor.skip((*w.FILLERS, *w.VERBS))
+        pointing = cursor.word in w.POINTING
         phrase = [] if cursor.stands(w.RELATIONS) else cursor.segment()
+        if pointing:
+            self._pointed(phrase)
+            return
         cursor.skip(w.FILLERS, only_before=w.RELATIONS)
-        of_one = cursor.stands(w.RELATIONS) and (not phrase or phrase[-1] in w.PRONOUNS)
+        of_one = cursor.stands(w.RELATIONS) and (
+            not phrase or phrase[-1] in w.PRONOUNS or not self.thing or phrase == self.thing
+        )
         relation, place = self._relation() if of_one else (None, None)
         if (named := self._named(phrase)) or place or relation:
             self.negations.append(Negation(named, place, relation))
+
+    def _pointed(self, phrase: list[str]) -> None:
+        """ "not THAT one": another of its kind."""
+        self.which = self.which or Which("other")
+        self._pointed_at = phrase or ["one"]
 
     def _without(self, anchor: list[str]) -> None:
         if anchor:
@@ -143,12 +185,41 @@ class Clauses:
         own = [word for word in phrase if word not in w.PRONOUNS]
         if not own:
             return None
-        of_a_kind = len(own) < len(phrase) or all(word in ADJECTIVES for word in own)
+        of_a_kind = len(own) < len(phrase) or all(word in w.ADJECTIVES for word in own)
         head = self.thing[: self.thing.index("of")] if "of" in self.thing[1:] else self.thing
         noun = head[-1:] if of_a_kind and head and head[-1] not in w.PRONOUNS else []
         return " ".join([*own, *noun])
 
     # ---- what is told behind the thing without a preposition
+
+    def _whereabouts(self) -> bool:
+        """ "the chair UPSTAIRS": a place, though no room is called so; "over there" is what a hand would show."""
+        cursor = self._cursor
+        length = cursor.stands(w.WHEREABOUTS)
+        if not length or (cursor.begins(cursor.at) and cursor.is_word(cursor.at + length)):
+            return False
+        words = cursor.rest[:length]
+        cursor.at += length
+        if words[-1] == "there":
+            self.unused += words
+        else:
+            self._stand_in(" ".join(words).removeprefix("in "))
+        return True
+
+    def _another_anchor(self) -> bool:
+        """ "next to the sofa AND THE PIANO": the same relation to another."""
+        cursor, last = self._cursor, self.relations[-1] if self.relations else None
+        if last is None or last.kind in ("between", "in") or last.of_anchor or cursor.word != "and":
+            return False
+        article = cursor.tokens[cursor.at + 1 : cursor.at + 2]
+        if not article or article[0] not in w.ARTICLES:
+            return False
+        cursor.at += 1
+        if anchor := cursor.segment():
+            self.relations.append(Relation(last.kind, (" ".join(anchor),), self._held() if last.holds else None))
+        else:
+            self.unused.append("and")
+        return True
 
     def _ranked_anchor(self) -> bool:
         """ "the nearest lamp TO the sofa"."""
@@ -157,10 +228,10 @@ class Clauses:
             return False
         cursor.at += 1
         anchor = cursor.segment()
-        if anchor and anchor[-1] not in SELF:
+        if anchor and anchor[-1] not in w.SELF:
             kind: RelationKind = "nearest to" if self.which.kind == "nearest" else "farthest from"
             self.relations.append(Relation(kind, (" ".join(anchor),)))
-            self.which = None
+            self.which = None if self.which.number == 1 else Which(None, self.which.number)
         return True
 
     def _side(self) -> bool:
@@ -185,19 +256,20 @@ class Clauses:
 
     def _superlative(self) -> bool:
         """ "the chair that IS THE LARGEST"."""
-        cursor, start = self._cursor, self._cursor.at
+        cursor, start, which = self._cursor, self._cursor.at, self.which
         cursor.skip(w.FILLERS)
         if cursor.at > start:
             self._read_which()
-        if cursor.word not in (None, ","):
-            cursor.at = start
+        if cursor.word not in (None, ",") or self.which == which:
+            cursor.at, self.which = start, which
         return cursor.at > start
 
     def _refinement(self) -> bool:
         """ "..., the blue one": more of the thing's own words."""
+        self._cursor.skip(w.FILLERS)
         more = self._cursor.peek()
         own = [word for word in more if word not in w.PRONOUNS]
-        adjectives = len(own) < len(more) or all(word in ADJECTIVES for word in own)
+        adjectives = len(own) < len(more) or all(word in w.ADJECTIVES for word in own)
         if not (self.thing and own and adjectives):
             return False
         self._cursor.segment()
@@ -210,28 +282,37 @@ class Clauses:
         """ "the second largest": an ordinal, an order, or both, before the thing's own words."""
         cursor = self._cursor
         cursor.skip_articles()
-        number, kind = 1, None
+        number, kind, counted = 1, None, False
         while (word := cursor.word) and not cursor.compound(cursor.at):
-            length = cursor.stands(w.WHICH)
+            length = 0 if cursor.stands(w.RELATIONS) > 1 else cursor.stands(w.WHICH)  # "next chair", not "next to"
             if length and (cursor.is_word(cursor.at + length) or cursor.at + length == len(cursor.tokens)):
                 kind = cursor.read(w.WHICH)
             elif word in w.NUMBERS and cursor.is_word(cursor.at + 1):
                 self.unused.append(word)
                 cursor.at += 1
             elif word in w.ORDINALS and cursor.is_word(cursor.at + 1):
-                number, cursor.at = w.ORDINALS[word], cursor.at + 1
+                number, counted, cursor.at = w.ORDINALS[word], True, cursor.at + 1
             else:
                 break
             cursor.skip_articles(("of",))
-        if kind is not None or number != 1:
+        if kind is not None or counted:
             self.which = Which(kind, number)
         cursor.to_anchor = kind in ("nearest", "farthest")
 
     def _name_the_pronoun(self) -> None:
         """ "not the red chair, the blue one": the noun that was said before."""
-        named = next((n.phrase for n in self.negations if n.phrase), None)
-        if self.thing and self.thing[-1] in w.PRONOUNS and named:
-            self.thing[-1] = named.split()[-1]
+        named = next((n.phrase.split() for n in self.negations if n.phrase), self._pointed_at)
+        if self._pointed_at and not self.thing:
+            self.thing = self._pointed_at
+        elif self.thing and self.thing[-1] in w.PRONOUNS and named:
+            self.thing[-1] = named[-1]
+        self.negations = [_beyond_its_kind(negation, self.thing) for negation in self.negations]
+
+
+def _beyond_its_kind(negation: Negation, thing: list[str]) -> Negation:
+    """ "not the LAMP on the desk", of lamps: all of it is said by where it is."""
+    where = negation.place or negation.relation
+    return replace(negation, phrase=None) if where and negation.phrase == " ".join(thing) else negation
 
 
 def _anchors(kind: RelationKind, anchor: list[str]) -> tuple[str, ...]:

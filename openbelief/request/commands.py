@@ -39,7 +39,7 @@ _SENTENCES: dict[Command, tuple[str, ...]] = {
     Command.GO_HOME: (
         r"(?:go|drive|walk|return)(?: back)? (?:home|to (?:the |your )?(?:base|dock|home|charger|charging station))",
         r"(?:go|drive|walk|return)(?: back)? to (?:the |your )?(?:docking station|start|start position)",
-        r"home|go charge|(?:go )?recharge",
+        r"(?:take|bring|get) (?:me|us) (?:back )?home|home|go charge|(?:go )?recharge",
     ),
     Command.COME_BACK: (
         r"come back(?: (?:here|to me|to us|now))?|come(?: here| to me| over here| over)?|return(?: to me| here)?",
@@ -67,5 +67,5 @@ def command(sentence: str) -> Command | None:
         return None
     if sentence.strip() and not sentence.strip(" ?"):
         return Command.HELP
-    said = (plain(sentence), polished(sentence))
+    said = tuple(words.replace("where's", "where is") for words in (plain(sentence), polished(sentence)))
     return next((name for words in said for name, pattern in _PATTERNS if words and pattern.fullmatch(words)), None)

@@ -45,8 +45,8 @@ class Cursor:
                 return
             self.at += length
 
-    def skip_word(self, word: str) -> None:
-        while self.word == word:
+    def skip_words(self, *words: str) -> None:
+        while self.word in words:
             self.at += 1
 
     def skip_articles(self, more: Sequence[str] = ()) -> None:
@@ -72,8 +72,10 @@ class Cursor:
         return bool(self.stands(w.COMPOUNDS, at))
 
     def begins(self, at: int) -> bool:
-        """A relation, a place or a negation with something behind it: "to sit on" begins none."""
-        return any((n := self.stands(table, at)) and self.is_word(at + n) for table in (w.RELATIONS, w.NEGATIONS))
+        """A relation, a place or a negation, with something of its own behind it: "to sit ON by a table" is none."""
+        if n := self.stands(w.RELATIONS, at):
+            return self.is_word(at + n) and not self.stands(w.RELATIONS, at + n)
+        return any((n := self.stands(table, at)) and self.is_word(at + n) for table in (w.LACKS, w.NEGATIONS))
 
     def _end(self) -> int:
         end = self.at
@@ -93,7 +95,11 @@ class Cursor:
         after = at + 1
         if not self.is_word(after):
             return True
-        return self.begins(after) or self.tokens[after] in w.ARTICLES or bool(self.stands(w.ASIDES + w.FILLERS, after))
+        return (
+            self.begins(after)
+            or self.tokens[after] in (*w.ARTICLES, "and", "but")
+            or bool(self.stands(w.ASIDES + w.FILLERS, after))
+        )
 
     def _and(self, at: int) -> bool:
         """ "the cup and the saucer" names two things, "between the cup and the saucer" one place."""
@@ -109,10 +115,12 @@ class Cursor:
         return self.to_anchor and self.tokens[at] in ("to", "from") and self.is_word(at + 1)
 
     def _told_behind(self, at: int) -> bool:
-        if any(self.stands(table, at) for table in (w.SIDES, w.ASIDES, w.REVERSED)):
+        if any(self.stands(table, at) for table in (w.SIDES, w.ASIDES, w.REVERSED, w.WHEREABOUTS)):
             return True
         filler = self.stands(w.FILLERS, at)
-        return bool(filler) and (self.begins(at + filler) or self._superlative_last(at + filler))
+        after = at + filler
+        adjective = self.is_word(after) and self.tokens[after] in w.ADJECTIVES
+        return bool(filler) and (adjective or self.begins(after) or self._superlative_last(after))
 
     def _superlative_last(self, at: int) -> bool:
         """ "... is THE LARGEST", at the end."""

@@ -31,7 +31,13 @@ _OTHER = (
     "stairwell, sunroom, waiting room, warehouse, wine cellar, workshop, yard "
 )
 OTHER_PLACES = frozenset(name.strip() for name in _OTHER.split(","))
+# Where the one who asks stands: the room around them.
+HERE = frozenset(("here", "over here", "right here", "this room", "the room"))
 _NAMES = frozenset(name for row in PLACES for name in row) | OTHER_PLACES
+# All of the map: said of a thing it tells nothing.
+EVERYWHERE = frozenset(
+    ("house", "flat", "apartment", "building", "home", "whole house", "whole flat", "whole apartment", "whole building")
+)
 _ENDINGS = ("room", "area", "hall", "corridor", "lobby", "department", "floor", "zone", "wing", "aisle")
 
 
@@ -39,6 +45,11 @@ def is_place(words: str) -> bool:
     """Whether words name a kind of room; a site may still give a room any other name."""
     parts = words.split()
     return words in _NAMES or (len(parts) > 1 and parts[-1] in _ENDINGS)
+
+
+def is_named_place(words: str) -> bool:
+    """Whether words by themselves ask for a room: "the kitchen", "meeting room"; an area or a floor is none."""
+    return words in _NAMES or (words.endswith(" room") and len(words.split()) == 2)
 
 
 def kind_of_place(words: str) -> str | None:

@@ -55,6 +55,34 @@ def test_a_relation_that_does_not_hold_makes_it_unsure(memory):
     assert answer.answer == "unsure" and "on desk" in answer.because
 
 
+def test_a_relation_to_any_thing_of_the_name_holds(site):
+    """There are two tables; the better named one has nothing on it."""
+    site.add("table", (0, 0), (1.0, 1.0, 0.7), looks=9)
+    site.add(["coffee table", "table"], (5, 0), (1.0, 1.0, 0.4))
+    site.add("vase", (5, 0, 0.4), 0.2)
+    answer = site.memory().answer("the vase on the table")
+    assert (answer.answer, answer.candidates[0].object_id) == ("found", 2)
+
+
+@pytest.mark.parametrize("sentence", ["the other one", "the blue one", "not the desk", "everything but the desk"])
+def test_a_sentence_that_names_no_thing_and_no_place_makes_it_unsure(memory, sentence):
+    assert memory.answer(sentence).answer == "unsure"
+
+
+def test_a_room_is_no_thing_to_drive_to_and_a_thing_in_it_is_offered(memory):
+    answer = memory.with_rooms([KITCHEN, OFFICE]).answer("go to the kitchen")
+    assert answer.answer == "unsure" and "'kitchen' is a place" in answer.because
+    assert answer.candidates[0].object_id in (0, 1) and answer.understood["place"] == "kitchen"
+
+
+def test_what_no_phrase_says_of_a_thing_makes_it_no_other_thing(site):
+    site.add("mug", (0, 0))
+    site.add("kettle", (3, 0))
+    memory = site.memory()
+    for sentence in ("a cup with a flower pattern", "the mug for the coffee", "white coffee mug"):
+        assert (memory.answer(sentence).answer, memory.answer(sentence).candidates[0].object_id) == ("found", 0)
+
+
 def test_a_second_one_where_there_is_only_one_makes_it_unsure(memory):
     answer = memory.answer("the second toaster")
     assert answer.answer == "unsure" and "only 1" in answer.because
@@ -70,6 +98,15 @@ def test_only_what_is_not_wanted_is_not_found(site):
 def test_a_word_of_manner_is_reported_and_changes_nothing(memory):
     answer = memory.answer("go to the toaster quickly")
     assert answer.answer == "found" and answer.understood["unused"] == ["quickly"]
+
+
+@pytest.mark.parametrize(
+    ("typed", "meant"),
+    [("the printer next to the toastre", "toaster"), ("the printer in the kithcen", "kitchen")],
+)
+def test_a_misspelt_place_or_anchor_is_offered_too(memory, typed, meant):
+    answer = memory.answer(typed)
+    assert answer.answer == "unsure" and answer.did_you_mean == (meant,) and answer.candidates[0].object_id == 2
 
 
 @pytest.mark.parametrize(("typed", "meant"), [("find the toastre", "toaster"), ("the prniter", "printer")])

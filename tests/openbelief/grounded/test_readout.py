@@ -70,6 +70,8 @@ def test_evidence_content_hash_and_the_papers_readouts_stay_what_they_are(flat):
         ("the lamp, not the one on the desk", {4}),
         ("the lamp that is not next to the sofa", {3}),
         ("something on the desk", {3}),
+        ("the lamp above the desk", {3}),
+        ("something to sit on near the desk", {1}),
     ],
 )
 def test_a_relation_decides_among_things_of_one_name(flat, first, sentence, expected):
@@ -142,6 +144,51 @@ def test_which_one_by_its_shape(site, first, which, expected):
         site.add("plant", (3.0 * x, 0), size)
     site.add("wardrobe", (9, 0), (1.5, 0.7, 2.0))
     assert first(site.memory(), f"the {which} plant") == expected
+
+
+def test_only_what_stands_where_the_sentence_says_is_counted(flat):
+    answer = flat.answer("the second lamp on the desk")
+    assert answer.answer == "unsure" and "only 1" in answer.because and answer.candidates[0].object_id == 3
+
+
+def test_ahead_and_behind_are_told_from_where_the_operator_looks(site, first):
+    for x in (2, -2):
+        site.add("chair", (x, 0))
+    site.add("piano", (9, 9))
+    memory, viewer = site.memory(), Viewer(0.0, 0.0, 0.0)
+    assert first(memory, "the chair in front of me", viewer=viewer) == 0
+    assert first(memory, "the chair behind me", viewer=viewer) == 1
+
+
+def test_here_is_the_room_in_which_the_operator_stands(flat, first):
+    memory = flat.with_rooms([KITCHEN, OFFICE])
+    assert first(memory, "the chair in this room", viewer=Viewer(9.0, 1.0, 0.0)) == 1
+    assert first(memory, "any chair here", viewer=Viewer(1.0, 1.0, 0.0)) == 0
+    unknown = memory.answer("any chair here")
+    assert unknown.answer == "unsure" and "which room you are in" in unknown.because
+
+
+@pytest.mark.parametrize(
+    ("sentence", "thing"),
+    [
+        ("where can I sit down?", "chair"),
+        ("I want to sleep", "bed"),
+        ("somewhere to wash my hands", "washbasin"),
+        ("something to wash my hands in", "washbasin"),
+        ("something to keep the milk cold", "refrigerator"),
+        ("something for sitting", "chair"),
+        ("where can I throw this away?", "trash can"),
+        ("anything I can cook on", "stove"),
+        ("a tool for cleaning", "broom"),
+        ("I need to print something", "printer"),
+    ],
+)
+def test_a_thing_is_found_by_what_it_is_for(site, sentence, thing):
+    things = ["chair", "bed", "washbasin", "refrigerator", "trash can", "stove", "broom", "printer", "piano"]
+    for k, name in enumerate(things):
+        site.add(name, (2.0 * k, 0))
+    answer = site.memory().answer(sentence)
+    assert (things[answer.candidates[0].object_id], answer.answer) == (thing, "found")
 
 
 def test_the_second_the_last_and_the_other_one_are_counted_from_the_best(site, first):

@@ -63,8 +63,92 @@ UNDERSTOOD = [
     ("go to the lamp quickly", {"target": "lamp", "unused": ["quickly"]}),
     ("bring the ball to the kitchen", {"target": "ball", "unused": ["to", "kitchen"]}),
     ("two chairs", {"target": "chairs", "unused": ["two"]}),
+    # what a thing is for, wherever the sentence goes on
+    ("something to sit on next to the table", {"target": "something to sit on", "relation": "next to table"}),
+    ("something to sit on in the kitchen", {"target": "something to sit on", "place": "kitchen"}),
+    ("something on which I can sit", {"target": "something to sit on"}),
+    ("where can I sit down?", {"target": "something to sit down"}),
+    ("what can I sit on?", {"target": "something to sit on"}),
+    ("I need to wash my hands", {"target": "something to wash my hands"}),
+    # where it is told first
+    ("next to the bed, the lamp", {"target": "lamp", "relation": "next to bed"}),
+    ("in the office something to write on", {"target": "something to write on", "place": "office"}),
+    ("with the lamp on it, the desk", {"target": "desk", "relation": "with lamp on it"}),
+    ("in the kitchen, next to the sink, a cup", {"target": "cup", "place": "kitchen", "relation": "next to sink"}),
+    ("in front of the sofa", {"target": "something", "relation": "in front of sofa"}),
+    # relations
+    ("the lamp over the table", {"target": "lamp", "relation": "above table"}),
+    ("the lamp on the sofa's left", {"target": "lamp", "relation": "left of sofa"}),
+    ("the lamp on the right hand side of the sofa", {"target": "lamp", "relation": "right of sofa"}),
+    ("the table which is closest to the sofa", {"target": "table", "relation": "nearest to sofa"}),
+    ("the second nearest chair to the door", {"target": "chair", "relation": "nearest to door", "which": "second"}),
+    ("the chair far away from the sofa", {"target": "chair", "relation": "farthest from sofa"}),
+    ("the chair not far from the sofa", {"target": "chair", "relation": "next to sofa"}),
+    ("the lamp next to the sofa and the piano", {"target": "lamp", "relation": "next to sofa; next to piano"}),
+    (
+        "the chair two meters from the sofa",
+        {"target": "chair", "relation": "next to sofa", "unused": ["two", "meters"]},
+    ),
+    ("what stands next to the bed?", {"target": "something", "relation": "next to bed"}),
+    ("the chair next to", {"target": "chair", "unused": ["next", "to"]}),
+    # which one
+    ("the first chair", {"target": "chair", "which": "first"}),
+    ("the bigger box", {"target": "box", "which": "largest"}),
+    ("the left chair", {"target": "chair", "which": "left-most"}),
+    ("the next chair", {"target": "chair", "which": "other"}),
+    ("one more chair", {"target": "chair", "which": "other"}),
+    ("the chair behind me", {"target": "chair", "which": "behind"}),
+    ("the chair left of me", {"target": "chair", "which": "left-most"}),
+    ("a couple of books", {"target": "books"}),
+    ("the only piano", {"target": "piano"}),
+    # what it is not
+    ("the desk that doesn't have a lamp", {"target": "desk", "not": "with lamp"}),
+    ("a lamp which does not stand on a desk", {"target": "lamp", "not": "on desk"}),
+    (
+        "the plant that is neither in the kitchen nor in the bedroom",
+        {"target": "plant", "not": "in kitchen; in bedroom"},
+    ),
+    ("any lamp but the desk lamp", {"target": "lamp", "not": "desk lamp"}),
+    ("not the sofa but the armchair", {"target": "armchair", "not": "sofa"}),
+    ("don't go to the sofa, go to the armchair", {"target": "armchair", "not": "sofa"}),
+    ("do not take me to the sofa but to the armchair", {"target": "armchair", "not": "sofa"}),
+    ("not this chair, the other one", {"target": "chair", "which": "other"}),
+    ("the non-red chair", {"target": "chair", "not": "red chair"}),
+    ("the chair outside the kitchen", {"target": "chair", "not": "in kitchen"}),
+    (
+        "not the lamp on the desk but the one on the nightstand",
+        {"target": "lamp", "relation": "on nightstand", "not": "on desk"},
+    ),
+    # places that no room is called
+    ("the lamp upstairs", {"target": "lamp", "place": "upstairs"}),
+    ("the chair in here", {"target": "chair", "place": "here"}),
+    ("the plant in this room", {"target": "plant", "place": "this room"}),
+    ("the biggest plant in the house", {"target": "plant", "which": "largest"}),
+    ("the lamp over there", {"target": "lamp", "unused": ["over", "there"]}),
+    # colours said behind the thing, and shades
+    ("the ball that is orange", {"target": "orange ball"}),
+    ("the reddish chair", {"target": "red chair"}),
+    # another wish, or a reason
+    ("take me to the lamp, it's urgent", {"target": "lamp", "unused": ["it's", "urgent"]}),
+    ("the lamp; and hurry up", {"target": "lamp", "unused": ["hurry", "up"]}),
+    # the words around a noun of another language
+    ("Wo ist der Kühlschrank?", {"target": "kühlschrank"}),
+    ("¿Dónde está la nevera?", {"target": "nevera"}),
+    ("der Stuhl", {"target": "stuhl"}),
+]
+# Every way of asking here is for the lamp, and for nothing else.
+MANNERS = [
+    *("please, the lamp", "the lamp, please", "please take me to the lamp please", "thanks, the lamp", "lamp pls"),
+    *("could you please, if you don't mind, take me to the lamp", "the lamp, my dear", "the lamp, my friend, please"),
+    *("hey robot, take me to the lamp, would you?", "dear robot, the lamp, if possible", "sorry, I meant the lamp"),
+    *("excuse me, where is the lamp?", "hi there, find the lamp", "um, the lamp", "uh, take me, please, to the lamp"),
+    *("take me to, please, the lamp", "I would be grateful if you took me to the lamp", "lead the way to the lamp"),
+    *("would it be possible to go to the lamp", "can we go to the lamp now", "do you know where the lamp is?"),
+    *("any idea where the lamp is", "tell me where I can find the lamp", "where on earth is the lamp", "THE LAMP!!!"),
+    *("please be so kind as to bring me to the lamp", "meet me at the lamp", "and the lamp?", "drive me to the lamp"),
 ]
 NAMES = [
+    *("love seat", "walk in closet", "show case", "umbrella stand", "top shelf", "tv stand", "tin can", "light"),
     *("first aid kit", "robot vacuum", "no smoking sign", "small table", "chair to sit on", "something to drink from"),
     *("salt and pepper shaker", "stop sign", "loudspeaker", "go-kart", "painting of a cat", "stuhl", "silla", "椅子"),
 ]
@@ -74,6 +158,12 @@ NAMES = [
 def test_a_sentence_is_understood_in_parts(sentence, parts):
     nothing = {"place": None, "relation": None, "which": None, "not": None, "unused": []}
     assert parse(sentence).as_json() == nothing | parts
+
+
+@pytest.mark.parametrize("sentence", MANNERS)
+def test_manners_around_a_request_say_nothing_of_the_thing(sentence):
+    nothing = {"place": None, "relation": None, "which": None, "not": None, "unused": []}
+    assert parse(sentence).as_json() == nothing | {"target": "lamp"}
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -93,6 +183,8 @@ def test_it_and_the_other_one_are_what_was_asked_for_before():
     other = parse("the other one", before)
     assert (other.target, str(other.which)) == ("red chair", "other")
     assert parse("take me to it", before).target == "red chair"
+    assert parse("no, the blue one", before).target == "blue chair"
+    assert str(parse("not that one", before).which) == "other"
 
 
 def test_everything_that_must_be_compared_is_named_once():
@@ -100,7 +192,23 @@ def test_everything_that_must_be_compared_is_named_once():
     assert set(request.phrases) >= {"chair", "table", "lamp"} and len(set(request.phrases)) == len(request.phrases)
 
 
-@pytest.mark.parametrize("sentence", ["", "  ", "?!", "take me to the", "please", "lamp " * 100])
+@pytest.mark.parametrize(
+    "sentence",
+    [
+        "",
+        "  ",
+        "?!",
+        "take me to the",
+        "please",
+        "lamp " * 100,
+        "of",
+        "yes",
+        "thank you",
+        "next to",
+        "who are you",
+        "🪑",
+    ],
+)
 def test_a_sentence_that_names_nothing_is_refused_in_one_line(sentence):
     with pytest.raises(ValueError, match=r"^The sentence [^\n]*$"):
         parse(sentence)
