@@ -12,7 +12,6 @@ import sqlite3
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
@@ -33,6 +32,7 @@ from openbelief.file_checks import (
     refuse_foreign,
     unwritten,
 )
+from openbelief.lifetime import Lifetime
 from openbelief.node_columns import BELIEF
 from openbelief.node_table import COLUMNS as NODE_COLUMNS
 from openbelief.node_table import NodeTable
@@ -45,7 +45,7 @@ from openbelief.taken import Taken
 __all__ = ["FORMAT", "BeliefFileError", "BeliefStore", "write"]
 
 
-class BeliefStore:
+class BeliefStore(Lifetime):
     """The writable file while mapping. Use as a context manager, or call `close`."""
 
     def __init__(self, connection: sqlite3.Connection, path: Path) -> None:
@@ -204,14 +204,6 @@ class BeliefStore:
 
     def close(self) -> None:
         self._db.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     @contextmanager
     def _transaction(self) -> Iterator[None]:

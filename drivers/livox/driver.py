@@ -10,7 +10,6 @@ import socket
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
-from types import TracebackType
 
 from drivers.livox.assembler import LivoxCloud
 from drivers.livox.intake import DatagramDecoder, LidarState, LivoxImuSample
@@ -18,6 +17,7 @@ from drivers.livox.keys import Key
 from drivers.livox.settings import LivoxPorts, LivoxSettings
 from drivers.livox.takeover import LivoxControl, redirect
 from drivers.ports import Clock, LinkLost, PortError, StaleData
+from openbelief.lifetime import Lifetime
 
 RECEIVE_BUFFER = 8 * 1024 * 1024  # asked for; Linux grants twice net.core.rmem_max at most
 DRAIN_EVERY_S = 0.01
@@ -53,7 +53,7 @@ class LivoxHealth:
     state: LidarState | None
 
 
-class LivoxLidar:
+class LivoxLidar(Lifetime):
     """Construct, then `start()` (or `with`): `latest` is the Lidar port; `take_clouds` and `take_imu` serve a recorder.
 
     Raises PortError from `start` where a port is taken, LinkLost from any read once the receiver has failed.
@@ -88,15 +88,6 @@ class LivoxLidar:
         if self._thread is not None:
             self._thread.join()
         self._close_sockets()
-
-    def __enter__(self) -> LivoxLidar:
-        self.start()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     @property
     def ports(self) -> dict[str, int]:

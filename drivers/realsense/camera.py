@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from functools import partial
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
-from types import TracebackType
 from typing import Any
 
 import numpy as np
@@ -35,6 +34,7 @@ from drivers.realsense.restarts import ProcessPhase, RestartLimits, RestartPolic
 from drivers.realsense.supervisor import ProcessSupervisor
 from drivers.realsense.time import DeviceTime, WallTime
 from drivers.stamps import AHEAD_S
+from openbelief.lifetime import Lifetime
 
 KEPT_FRAMES = 30  # one second
 KEPT_IMU = 2500  # ten seconds at 250 Hz
@@ -56,7 +56,7 @@ class RealSenseHealth:
     trouble: str | None
 
 
-class RealSenseCamera:
+class RealSenseCamera(Lifetime):
     """Construct, then `start()` (or `with`): `latest` is the Camera port, `take_frames`, `take_imu` serve a recorder.
 
     None of them waits for the camera. `start` does, for the first answer: it raises PortError where there is no camera,
@@ -103,15 +103,6 @@ class RealSenseCamera:
 
     def close(self) -> None:
         self._keeper.close()
-
-    def __enter__(self) -> RealSenseCamera:
-        self.start()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     @property
     def info(self) -> RealSenseInfo:

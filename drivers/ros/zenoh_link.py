@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from types import TracebackType
 from typing import Any
 
 import zenoh
@@ -19,6 +18,7 @@ from zenoh.handlers import Callback
 
 from drivers.ports import LinkLost, PortError
 from drivers.topics import MAX_BYTES
+from openbelief.lifetime import Lifetime
 
 logger = logging.getLogger(__name__)
 KIB = 1 << 10
@@ -69,7 +69,7 @@ class Replies:
     errors: tuple[str, ...] = ()
 
 
-class ZenohLink:
+class ZenohLink(Lifetime):
     """One session. Callbacks run on Zenoh's network thread, in the order of arrival: they must be short, never block.
 
     What a callback raises is logged, kept, and raised by the next `check()`.
@@ -82,7 +82,7 @@ class ZenohLink:
         self._failure: Exception | None = None
         self._lock = threading.Lock()
 
-    def __enter__(self) -> ZenohLink:
+    def start(self) -> None:
         try:
             self._session = zenoh.open(self.config.zenoh())
         except zenoh.ZError as error:
@@ -90,12 +90,6 @@ class ZenohLink:
                 f"Nothing answers at {', '.join(self.config.endpoints)}: start zenoh-bridge-ros2dds on the robot "
                 "and check the network."
             ) from error
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def close(self) -> None:
         """End the session; queries under way end empty. Closing twice is allowed."""

@@ -7,7 +7,6 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING
 
 from drivers.ports import Clock
@@ -18,6 +17,7 @@ from logs.record.event_log import EventLog
 from logs.record.recording_files import events_of, next_file, require_unused
 from logs.record.schemas import cdr_channel, json_channel
 from logs.structured import logger
+from openbelief.lifetime import Lifetime
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -42,7 +42,7 @@ class _Message:
     log_time_ns: int | None = None
 
 
-class McapRecorder:
+class McapRecorder(Lifetime):
     """`with McapRecorder(path, clock) as recorder: recorder.write_cdr(...)`; any thread may write.
 
     Written as `PATH.partial`, renamed when whole. A disk that is full or fails does not stop the mission: the recorder
@@ -78,7 +78,7 @@ class McapRecorder:
         self._calibration: dict[str, tuple[str, bytes]] = {}
         self._latched: dict[str, deque[_Message]] = {}
 
-    def __enter__(self) -> McapRecorder:
+    def start(self) -> None:
         with self._lock:
             require_unused(self.path, rotated=self._rotation is not None)
             self._file = McapFile(self.path).open()
@@ -88,12 +88,6 @@ class McapRecorder:
                 self._file.abandon().unlink()
                 raise
             self._opened_ns = self._now_ns()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     @property
     def state(self) -> str:

@@ -37,7 +37,7 @@ class TrialWriter:
         self._grids: set[str] = set()
 
     def __enter__(self) -> TrialWriter:
-        self._recorder.__enter__()
+        self._recorder.start()
         identity = {"commit": commit(), "started_ns": str(self._clock.now_ns())}
         self._recorder.metadata("trial", self._about.as_metadata() | identity)
         self._recorder.metadata("versions", versions())

@@ -6,9 +6,9 @@ import json
 import os
 from collections import Counter
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
+from openbelief.lifetime import Lifetime
 from openbelief.observation import Mask, RgbdFrame
 from openbelief.perception.mask_line import FORMAT, MaskLine, line_of
 from openbelief.perception.ports import Perception
@@ -45,7 +45,7 @@ class PerceptionWriter:
         return json.dumps(header) + "\n"
 
 
-class CachedPerception:
+class CachedPerception(Lifetime):
     """Perception port that asks `inner` for a frame once, ever; what the file holds is what every run uses.
 
     The file is another perception's or recording's: RecordedPerceptionError. A frame without masks leaves no line
@@ -76,14 +76,6 @@ class CachedPerception:
 
     def close(self) -> None:
         self._writer.close()
-
-    def __enter__(self) -> CachedPerception:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 def _reopen(path: Path, about: dict[str, str]) -> RecordedPerception | None:

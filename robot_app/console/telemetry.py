@@ -8,10 +8,10 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 from drivers.ports import ANY_AGE_S, CameraFrame, PortError
+from openbelief.lifetime import Lifetime
 from openbelief.pose import Pose2
 from robot_app.app import Robot
 from robot_app.console.site_plan import jpeg
@@ -68,7 +68,7 @@ class Picture:
             return self._encoded
 
 
-class Telemetry:
+class Telemetry(Lifetime):
     """Looks at the robot's ports on a thread of its own, as a context manager; `readings` never waits."""
 
     def __init__(self, robot: Robot, folder: Path, link: Callable[[], str | None]) -> None:
@@ -80,13 +80,10 @@ class Telemetry:
         self._disk: int | None = None
         self._thread = threading.Thread(target=self._run, name="telemetry", daemon=True)
 
-    def __enter__(self) -> Telemetry:
+    def start(self) -> None:
         self._thread.start()
-        return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def close(self) -> None:
         self._ended.set()
         self._thread.join()
 

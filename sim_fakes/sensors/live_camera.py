@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import queue
 import threading
-from types import TracebackType
 
 from drivers.clock import SimClock
 from openbelief.arrays import Array
+from openbelief.lifetime import Lifetime
 from sim_fakes.wire.ros_publisher import Eyes, SimRosPublisher
 from sim_fakes.world.robot import SimRobot
 
 LOOK_S = 0.1  # how often the end is looked for while nothing is exposed
 
 
-class LiveCamera:
+class LiveCamera(Lifetime):
     """An image takes 0.2 s to render, and /tf must not wait for it. What is exposed while one is rendered is lost, so a
     slow machine gives fewer images, each with the stamp and the pose of its exposure. Works inside `with`.
     """
@@ -26,14 +26,11 @@ class LiveCamera:
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, name="camera", daemon=True)
 
-    def __enter__(self) -> LiveCamera:
+    def start(self) -> None:
         self._thread.start()
         self._clock.every(1.0 / self._rate_hz, self._expose)
-        return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def close(self) -> None:
         """Waits for the image under way: Open3D ends a process with status 1 that leaves in the middle of one."""
         self._ended.set()
         self._thread.join()

@@ -13,7 +13,6 @@ import sys
 import threading
 from collections import deque
 from dataclasses import dataclass
-from types import TracebackType
 from typing import NamedTuple
 
 from drivers.clock import SystemClock
@@ -21,6 +20,7 @@ from drivers.livox import control_wire
 from drivers.livox.control_wire import ControlFrame, Found
 from drivers.livox.wire import LivoxWireError
 from drivers.ports import Clock
+from openbelief.lifetime import Lifetime
 from sim_fakes.sensors.livox_answers import LivoxAnswers
 from sim_fakes.sensors.livox_faults import LivoxFaults
 from sim_fakes.sensors.livox_scan import RangeSource, open_room
@@ -57,7 +57,7 @@ class Received(NamedTuple):
     frame: ControlFrame | None
 
 
-class LivoxEmulator:
+class LivoxEmulator(Lifetime):
     """Driven by hand (`open`, then `advance_to`) in tests, or by a thread of its own (`with`)."""
 
     def __init__(
@@ -109,16 +109,10 @@ class LivoxEmulator:
         for connection in self._sockets.values():
             connection.close()
 
-    def __enter__(self) -> LivoxEmulator:
+    def start(self) -> None:
         self.open()
         self._thread = threading.Thread(target=self._run, name="livox-emulator", daemon=True)
         self._thread.start()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _run(self) -> None:
         while not self._stop.wait(STEP_S):

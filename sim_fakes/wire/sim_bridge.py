@@ -6,7 +6,6 @@ import logging
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
-from types import TracebackType
 from typing import Any
 
 import zenoh
@@ -15,6 +14,7 @@ from zenoh import ext
 from drivers.ros.bridge_keys import BridgeKeys, Keys, bridge_version_key
 from drivers.ros.zenoh_link import LinkConfig
 from drivers.topics import Action, Topic
+from openbelief.lifetime import Lifetime
 
 logger = logging.getLogger(__name__)
 BLOCK = zenoh.CongestionControl.BLOCK  # a simulation loses nothing by accident
@@ -36,7 +36,7 @@ class PendingQuery:
         self.query.drop()
 
 
-class SimBridge:
+class SimBridge(Lifetime):
     """One session with its own identity. Handlers of questions run on threads of their own, never on the clock's.
 
     `flush` runs after each batch of samples: a Fence registers there, so that the driver has seen all of them.
@@ -56,16 +56,10 @@ class SimBridge:
         self._failure: Exception | None = None
         self._lock = threading.Lock()
 
-    def __enter__(self) -> SimBridge:
+    def start(self) -> None:
         self._session = zenoh.open(self._config)
         self._token(self.keys.bridge_token(self._zid))
         self.answer(bridge_version_key(self._zid), lambda question: question.answer(self.version.encode()))
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def close(self) -> None:
         """What kill does: every token, publisher and query ends at once."""
