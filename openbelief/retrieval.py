@@ -45,29 +45,17 @@ class RetrievalQuery:
     asked: Array
 
 
-def consensus_head(consensus: Array, query: Array) -> Array:
-    """H_i^con = <f_i^t, f_q>."""
-    return consensus @ query
-
-
-def early_head(embeddings: Array, query: Array) -> Array:
-    """H_i^early = <g_ik*, f_q>, k* = argmax_k V_ik: concepts come by falling support."""
-    return embeddings[0] @ query
-
-
-def belief_head(belief: Array, embeddings: Array, query: Array) -> Array:
-    """H_i^bel = sum_k p_ik <g_ik, f_q> (eq. retrieval-heads)."""
-    return belief @ (embeddings @ query)
-
-
 def language_scores(table: NodeTable, objects: Array, readout: Readout, products: Products) -> Array:
-    """(n,) H_i^(r)(q) of n objects: the heads above, for all at once; NaN where K_i = 0."""
+    """(n,) H_i^(r)(q) of n objects (eq. retrieval-heads); NaN where K_i = 0.
+
+    H^con = <f_i^t, f_q>; H^early = <g_ik*, f_q>, k* = argmax_k V_ik; H^bel = sum_k p_ik <g_ik, f_q>.
+    """
     scores, spoken = np.full(len(objects), np.nan), table.spoken[objects]
     objects = objects[spoken]
     if readout == "consensus":
         scores[spoken] = products(table.consensus, objects)
     elif readout == "early":
-        scores[spoken] = products(table.concept_embedding, table.concept_start[objects])
+        scores[spoken] = products(table.concept_embedding, table.concept_start[objects])  # by falling support
     elif len(objects):
         concepts, begin = table.concepts_of(objects)
         weighted = table.belief[concepts] * products(table.concept_embedding, concepts)

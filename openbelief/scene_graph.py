@@ -72,10 +72,6 @@ class SceneGraph:
         missing = "no keyframes: views have no poses or pictures, rooms are only those given"
         return f"This file is from before they were kept and holds {missing}. Map its recordings again to get them."
 
-    def room_of(self, object_id: int) -> str | None:
-        """None where unknown."""
-        return self.memory.objects[object_id].room
-
     def as_json(self) -> dict[str, Any]:
         """floors -> rooms -> object ids; views; objects: what `openbelief inspect --json` prints."""
         return {

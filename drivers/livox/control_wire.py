@@ -10,7 +10,7 @@ import binascii
 import ipaddress
 import struct
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -111,19 +111,10 @@ def parse_key_values(data: bytes, count: int, offset: int) -> dict[int, bytes]:
     return values
 
 
-def search_request(seq: int) -> ControlFrame:
-    return ControlFrame(seq, CommandId.SEARCH)
-
-
 def search_ack(seq: int, found: Found) -> ControlFrame:
     ip = ipaddress.IPv4Address(found.ip).packed
     data = _SEARCH_ACK.pack(0, found.device_type, found.serial.encode("ascii"), ip, found.command_port)
     return ControlFrame(seq, CommandId.SEARCH, data, is_ack=True, from_lidar=True)
-
-
-def parse_search_ack(data: bytes) -> Found:
-    _, device_type, serial, ip, port = _unpack(_SEARCH_ACK, data)
-    return Found(device_type, text(serial), str(ipaddress.IPv4Address(ip)), port)
 
 
 def set_request(seq: int, values: Mapping[int, bytes]) -> ControlFrame:
@@ -150,10 +141,6 @@ def parse_set_ack(data: bytes) -> tuple[int, int]:
     return code, key
 
 
-def get_request(seq: int, keys: Sequence[int]) -> ControlFrame:
-    return ControlFrame(seq, CommandId.GET, struct.pack(f"<HH{len(keys)}H", len(keys), 0, *keys))
-
-
 def parse_get_request(data: bytes) -> list[int]:
     count = _count(data)
     return list(_unpack(struct.Struct(f"<{count}H"), data[4:]))
@@ -162,14 +149,6 @@ def parse_get_request(data: bytes) -> list[int]:
 def get_ack(seq: int, code: int, values: Mapping[int, bytes]) -> ControlFrame:
     data = struct.pack("<BH", code, len(values)) + key_values(values)
     return ControlFrame(seq, CommandId.GET, data, is_ack=True, from_lidar=True)
-
-
-def parse_get_ack(data: bytes) -> tuple[int, dict[int, bytes]]:
-    """(return code, values)."""
-    if len(data) < 3:
-        raise LivoxWireError(PacketRefusal.SHORT, f"A get ACK has at least 3 bytes, got {len(data)}.")
-    code, count = struct.unpack_from("<BH", data)
-    return code, parse_key_values(data, count, 3)
 
 
 def text(value: bytes) -> str:

@@ -49,7 +49,6 @@ class LivoxHealth:
     refused: dict[str, int]
     foreign: int
     receive_buffer_bytes: int
-    clock_offset_ns: int | None
     state: LidarState | None
 
 
@@ -143,7 +142,6 @@ class LivoxLidar(Lifetime):
                 refused={refusal.value: count for refusal, count in intake.refused.items()},
                 foreign=self._foreign,
                 receive_buffer_bytes=self._granted,
-                clock_offset_ns=intake.time.offset_ns,
                 state=intake.state,
             )
 

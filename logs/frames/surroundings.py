@@ -10,7 +10,6 @@ import numpy as np
 
 from drivers.ports import LidarCloud, PoseUnavailable
 from drivers.ros.clouds import cloud_of
-from drivers.ros.convert import grid_of
 from drivers.ros.messages import WireError, decode
 from logs.containers.recording import Recording
 from logs.frames.clock_steps import Mark
@@ -26,17 +25,6 @@ from openbelief.traversability import OccupancyGrid
 
 DEPTH_STEP_PX = 8  # the floor is flat: a sixty-fourth of the pixels shows it, and 100 frames stay below a second
 GRID, CLOUD = "nav_msgs/msg/OccupancyGrid", "sensor_msgs/msg/PointCloud2"
-
-
-def navigation_map(path: str | os.PathLike[str], topic: str = "/map") -> OccupancyGrid:
-    """The newest map of a topic, raises RecordingError where there is none and WireError where it cannot be used."""
-    newest = None
-    for message in Recording(path).messages({topic}):
-        if message.type_name == GRID:
-            newest = message
-    if newest is None:
-        raise RecordingError(f"{Path(path).name} holds no navigation map on {topic}.")
-    return grid_of(decode(newest.payload, GRID))
 
 
 def grid_from_what_was_seen(path: str | os.PathLike[str], *, map_frame: str = "map") -> OccupancyGrid:

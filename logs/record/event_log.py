@@ -48,8 +48,3 @@ class EventLog:
         self._fd = None
         if self._end == 0:
             self.path.unlink()
-
-
-def read_events(path: Path) -> list[dict[str, str | int | float]]:
-    """The events of a log, also of one whose writer was killed."""
-    return [json.loads(line) for line in path.read_bytes().rstrip(b"\0").splitlines()]

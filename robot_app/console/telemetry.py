@@ -29,7 +29,6 @@ class Readings:
     pose: Pose2 | None = None
     battery: float | None = None
     disk_free_bytes: int | None = None
-    camera_stamp_ns: int | None = None
     camera_age_s: float | None = None
     link_trouble: str | None = None
     silent: tuple[tuple[str, str], ...] = ()
@@ -102,8 +101,7 @@ class Telemetry(Lifetime):
             self._disk = shutil.disk_usage(self._folder).free
             self._battery = self._charge(silent)
         age_s = None if frame is None else (self._robot.clock.now_ns() - frame.stamp_ns) / 1e9
-        stamp_ns = None if frame is None else frame.stamp_ns
-        return Readings(pose, self._battery, self._disk, stamp_ns, age_s, self._link(), tuple(silent.items()))
+        return Readings(pose, self._battery, self._disk, age_s, self._link(), tuple(silent.items()))
 
     def _charge(self, silent: dict[str, str]) -> float | None:
         battery = self._robot.battery

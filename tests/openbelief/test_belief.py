@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from openbelief import ObjectMemory, Observation, Parameters
 from openbelief.belief import consolidate, smoothed, synonym_threshold, weight
-from openbelief.retrieval import belief_head, consensus_head, early_head
+from openbelief.retrieval import exact, language_scores
 
 PHRASES = ["chair", "red chair", "armchair", "lamp", "floor lamp", "hat stand", "box", "old wooden box"]
 said_of_it = st.lists(st.tuples(st.sampled_from(PHRASES), st.floats(0.05, 1.0)), min_size=1, max_size=12)
@@ -17,6 +17,11 @@ def node_of(observe, encoder, said, **parameters):
     views = [observe(phrase, frame=i, confidence=c) for i, (phrase, c) in enumerate(said)]
     (node,) = ObjectMemory.build(views, encoder, Parameters(**parameters)).objects
     return node
+
+
+def head(node, readout, query):
+    """H_i of the one object."""
+    return language_scores(node.table, np.array([0]), readout, exact(query))[0]
 
 
 def test_weight_is_confidence_times_the_root_of_the_points(observe):
@@ -120,17 +125,17 @@ def test_consensus_times_its_norm_is_the_belief_weighted_score(observe_any, enco
     node = node_of(observe_any, encoder_any, said)
     query = np.random.default_rng(seed).normal(size=16)
     norm = np.linalg.norm(node.belief @ node.embeddings)
-    weighted = belief_head(node.belief, node.embeddings, query)
-    assert consensus_head(node.consensus, query) * norm == pytest.approx(weighted, abs=1e-6)
+    assert head(node, "belief", query) == pytest.approx(node.belief @ (node.embeddings @ query), abs=1e-6)
+    assert head(node, "consensus", query) * norm == pytest.approx(head(node, "belief", query), abs=1e-6)
 
 
 @given(said=said_of_it, seed=st.integers(0, 1000))
 @settings(max_examples=20, deadline=None)
-def test_early_commit_is_the_belief_head_with_all_belief_in_the_first(observe_any, encoder_any, said, seed):
+def test_early_commit_is_the_head_of_the_concept_with_most_support(observe_any, encoder_any, said, seed):
     node = node_of(observe_any, encoder_any, said)
     query = np.random.default_rng(seed).normal(size=16)
-    one_hot = np.eye(len(node.concepts))[0]
-    assert early_head(node.embeddings, query) == pytest.approx(belief_head(one_hot, node.embeddings, query))
+    most = max(range(len(node.concepts)), key=lambda k: node.concepts[k].support)
+    assert head(node, "early", query) == pytest.approx(node.embeddings[most] @ query)
 
 
 @pytest.fixture(scope="module")

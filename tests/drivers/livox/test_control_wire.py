@@ -7,12 +7,13 @@ import pytest
 from drivers.livox import control_wire
 from drivers.livox.control_wire import CommandId, ControlFrame, Found
 from drivers.livox.wire import LivoxWireError, PacketRefusal
+from support import livox_host
 
 FOUND = Found(9, "3JEDK8A0010123", "192.168.1.150", 56100)
 GOLDEN = {
-    "aa0018000100000000000000000000000000a91f00000000": control_wire.search_request(1),
+    "aa0018000100000000000000000000000000a91f00000000": livox_host.search_request(1),
     "aa002100020000000001000000000000000096a56fd5e7ad010000001a00010001": control_wire.set_request(2, {0x1A: b"\x01"}),
-    "aa0020000300000001010000000000000000961932e7d07d0200000000800680": control_wire.get_request(3, [0x8000, 0x8006]),
+    "aa0020000300000001010000000000000000961932e7d07d0200000000800680": livox_host.get_request(3, [0x8000, 0x8006]),
 }
 EVERY_KIND = [
     *GOLDEN.values(),
@@ -53,10 +54,10 @@ def test_no_truncation_is_accepted(frame: ControlFrame) -> None:
 
 
 def test_the_contents_of_each_ack_are_read() -> None:
-    assert control_wire.parse_search_ack(control_wire.search_ack(1, FOUND).data) == FOUND
+    assert livox_host.parse_search_ack(control_wire.search_ack(1, FOUND).data) == FOUND
     assert control_wire.parse_set_ack(control_wire.set_ack(1, 3, 0x1A).data) == (3, 0x1A)
-    assert control_wire.parse_get_ack(control_wire.get_ack(1, 0, {1: b"ab", 2: b""}).data) == (0, {1: b"ab", 2: b""})
-    assert control_wire.parse_get_request(control_wire.get_request(1, [5, 0x8011]).data) == [5, 0x8011]
+    assert livox_host.parse_get_ack(control_wire.get_ack(1, 0, {1: b"ab", 2: b""}).data) == (0, {1: b"ab", 2: b""})
+    assert control_wire.parse_get_request(livox_host.get_request(1, [5, 0x8011]).data) == [5, 0x8011]
     assert control_wire.parse_endpoint(control_wire.endpoint("10.0.0.7", 56301, 56300)) == ("10.0.0.7", 56301, 56300)
 
 

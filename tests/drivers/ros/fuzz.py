@@ -107,10 +107,9 @@ def cases() -> Iterator[tuple[str, Case]]:
     status = WatchdogStatus(state=WatchdogState.ARMED, watched=("a" * 32,))
     yield "watchdog", (packed(status), lambda p: unpacked(WatchdogStatus, p))
     yield "dds header", (b"\x00\x01\x00\x00" + bytes(40), without_header)
-    frame = control_wire.encode(control_wire.search_request(1))
+    frame = control_wire.encode(control_wire.set_request(1, {}))
     yield "livox control", (frame, lambda data: control_wire.parse_values(control_wire.decode(data).data))
     yield "livox values", (bytes(64), control_wire.parse_values)
-    yield "livox search", (bytes(24), control_wire.parse_search_ack)
     yield "livox health", (bytes(32), hms.parse_health)
     yield "livox packet", (bytes(36 + 96 * 14), lambda data: wire.decode_points([wire.decode_packet(data)]))
 

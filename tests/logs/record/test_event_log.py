@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from logs.record.event_log import RESERVED_BYTES, EventLog, read_events
+from logs.record.event_log import RESERVED_BYTES, EventLog
+from support.events import read_events
 
 
 def test_its_room_is_taken_in_advance_and_given_back(tmp_path: Path) -> None:

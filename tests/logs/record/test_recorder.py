@@ -19,9 +19,9 @@ from drivers.ros.messages import WireError, decode, encode, header, make
 from logs.mcap_io.reader import LogReader
 from logs.mcap_io.recover import recover
 from logs.record.disk import DiskBudget
-from logs.record.event_log import read_events
 from logs.record.recorder import LATCHED, McapRecorder, Rotation
 from support.clocks import HandClock
+from support.events import read_events
 
 STRING = "std_msgs/msg/String"
 NOW_NS = 1_000_000_000_000

@@ -21,7 +21,6 @@ from rosbags.highlevel import AnyReader
 from drivers.ros.messages import decode
 from logs.frames.reader import FrameReader
 from logs.mcap_io.reader import LogMessage, LogReader
-from logs.record.event_log import read_events
 from logs.record.queued import QueuedRecorder
 from logs.record.recorder import McapRecorder
 from openbelief.arrays import Array
@@ -33,6 +32,7 @@ from robot_app.record.monitor import RecordingMonitor, RecordingStatus, StreamSt
 from robot_app.record.recording import RecordingResult, RecordJob, record, start_taps
 from robot_app.record.status_line import line
 from robot_app.verbs.record import failure_of, story
+from support.events import read_events
 
 SENSED = {
     "/camera/color/image_raw/compressed",

@@ -12,6 +12,7 @@ from sim_fakes.sensors.livox_answers import LivoxAnswers
 from sim_fakes.sensors.livox_faults import LivoxFaults
 from sim_fakes.sensors.livox_scan import directions, open_room
 from sim_fakes.sensors.livox_stream import LivoxStream
+from support import livox_host
 
 FOUND = Found(35, "SN360S", "127.0.0.2", 56100)
 SECOND = 1_000_000_000
@@ -28,10 +29,10 @@ def answers(stream: LivoxStream) -> LivoxAnswers:
 
 
 def test_search_is_answered_with_who_it_is(answers: LivoxAnswers) -> None:
-    ack = answers.answer(control_wire.search_request(77))
+    ack = answers.answer(livox_host.search_request(77))
     assert ack.seq == 77
     assert ack.is_ack
-    assert control_wire.parse_search_ack(ack.data) == FOUND
+    assert livox_host.parse_search_ack(ack.data) == FOUND
 
 
 @pytest.mark.parametrize(
@@ -57,8 +58,8 @@ def test_a_wrong_number_of_keys_is_answered_so(answers: LivoxAnswers) -> None:
 
 def test_get_reads_back_what_was_set(answers: LivoxAnswers) -> None:
     answers.answer(control_wire.set_request(1, {Key.PATTERN: b"\x02"}))
-    ack = answers.answer(control_wire.get_request(2, [Key.PATTERN, Key.STATE]))
-    assert control_wire.parse_get_ack(ack.data) == (0, {Key.PATTERN: b"\x02", Key.STATE: b"\x01"})
+    ack = answers.answer(livox_host.get_request(2, [Key.PATTERN, Key.STATE]))
+    assert livox_host.parse_get_ack(ack.data) == (0, {Key.PATTERN: b"\x02", Key.STATE: b"\x01"})
 
 
 def test_upgrade_commands_are_not_answered(answers: LivoxAnswers) -> None:
