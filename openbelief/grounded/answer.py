@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from openbelief.arrays import Array
 from openbelief.grounded.doubt import Verdict, judge
 from openbelief.grounded.reader import Reading
 from openbelief.grounded.thing import ThingScores
@@ -116,7 +117,13 @@ def answer(
         because=because,
         understood=understood,
         candidates=tuple(candidate(reading, i) for i in ids[:limit]),
-        offers=tuple(sorted(ids, key=lambda i: (-reading.head[i], i))[:OFFERS]),
+        offers=_nearest(reading, np.array(ids, np.int64)),
         did_you_mean=() if verdict == "found" else _offered(reading, phrases()),
         notes=(*reading.notes, *reading.doubts),
     )
+
+
+def _nearest(reading: Reading, ids: Array) -> tuple[int, ...]:
+    """Those whose words fit best, ties by lowest id."""
+    best = ids[np.lexsort((ids, -reading.head[ids]))][:OFFERS]
+    return tuple(best.tolist())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -30,6 +30,11 @@ class Fragments:
         both, shares = np.concatenate([pairs, pairs[:, ::-1]]), np.concatenate([share, share])
         order = np.lexsort((both[:, 1], both[:, 0]))
         return cls(both[order, 0], both[order, 1], shares[order], _groups(pairs, n))
+
+    def among(self, nodes: Array) -> Fragments:
+        """The same for (k,) ascending nodes that hold all pieces of each other, numbered by their places in it."""
+        one, other = np.searchsorted(nodes, self.one), np.searchsorted(nodes, self.other)
+        return replace(self, one=one, other=other, group=self.group[nodes])
 
     def pooled(self, values: Array) -> Array:
         """(n, ...) v_i + sum_j o_ij v_j of (n, ...) values."""

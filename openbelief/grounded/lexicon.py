@@ -449,10 +449,15 @@ def _of_kind(kind: str, phrase: str) -> bool:
     return phrase in things or any(phrase in same(thing) for thing in things)
 
 
-@cache
 def is_known(words: str) -> bool:
     """Whether some row holds exactly these words."""
-    return any(words in row for row in _rows(SAME)) or any(words in kind or words in of for kind, of in _pairs(KINDS))
+    return words in _names()
+
+
+@cache
+def _names() -> frozenset[str]:
+    of_kinds = (name for halves in _pairs(KINDS) for half in halves for name in half)
+    return frozenset([*(name for row in _rows(SAME) for name in row), *of_kinds])
 
 
 @cache

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
 from openbelief.arrays import Array
@@ -20,6 +21,7 @@ from openbelief.rooms import Room
 
 CELL_M, CELLS_MAX = 0.5, 4_000_000
 LEAST_SPREAD = 1e-6  # of the place scores over the map
+REACH = 3.0  # standard deviations
 STOREY_M = 3.0  # things of another storey say nothing about a room
 
 
@@ -125,6 +127,7 @@ def inferred_places(table: MapTable, asked: EncodedRequest, options: GroundedOpt
     from above, on cells, so that the work is linear in the map.
     """
     T = options.place_temperature
+    asked.of([thing for things in HINTS.values() for thing in things])  # at once: a third of the time
     likeness = np.stack([_most_like(table, asked.of(things)) for things in HINTS.values()], axis=1)
     counted = table.spoken & ~table.background
     weighed = np.exp(likeness / T) * counted[:, None]
@@ -148,12 +151,11 @@ def _most_like(table: MapTable, things: Array) -> Array:
 
 def _spread_out(points: Array, values: Array, radius_m: float) -> Array:
     """(n, k) values summed over all points of a storey with a Gaussian of the distance, at each point."""
-    from scipy.ndimage import gaussian_filter
-
     cell = CELL_M
     low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
     while np.prod((high - low) / cell + 1) > CELLS_MAX:
         cell *= 2
+    kernel = _gaussian(radius_m / cell)
     storey = np.floor((points[:, 2] - points[:, 2].min()) / STOREY_M).astype(int)
     out = np.zeros_like(values)
     for level in np.unique(storey):
@@ -163,6 +165,14 @@ def _spread_out(points: Array, values: Array, radius_m: float) -> Array:
         for k in range(values.shape[1]):
             grid = np.zeros(shape)
             np.add.at(grid, (at[:, 0], at[:, 1]), values[mine, k])
-            smooth = gaussian_filter(grid, radius_m / cell, mode="constant", truncate=3.0)
+            smooth = cv2.sepFilter2D(grid, cv2.CV_64F, kernel, kernel, borderType=cv2.BORDER_CONSTANT)
             out[mine, k] = smooth[at[:, 0], at[:, 1]]
     return out
+
+
+def _gaussian(cells: float) -> Array:
+    """(2 r + 1,) weights of sum 1, cut off at three standard deviations of so many cells."""
+    away = np.arange(int(REACH * cells + 0.5) + 1)
+    half = np.exp(-0.5 * (away / cells) ** 2)
+    weights = np.concatenate((half[:0:-1], half))
+    return weights / weights.sum()

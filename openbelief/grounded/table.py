@@ -9,6 +9,7 @@ import numpy as np
 
 from openbelief.arrays import Array, normalize
 from openbelief.grounded.colours import colours_of, without_colour
+from openbelief.grounded.entries import beliefs, lengths, pooled_entries, rows_of_sayings
 from openbelief.grounded.fragments import Fragments
 from openbelief.grounded.lexicon import is_known
 from openbelief.grounded.looks import count_looks
@@ -17,7 +18,6 @@ from openbelief.node_table import NodeTable
 from openbelief.pieces import COSINE, RADIUS_M, Pieces
 
 Encode = Callable[[Sequence[str]], Array]  # (n, d) float64 unit rows
-CHUNK = 8192
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,24 +71,23 @@ class MapTable:
 def map_table(nodes: NodeTable, encode: Encode, options: GroundedOptions) -> MapTable:
     """Everything that no query changes. encode: embeds phrases that lose a colour word; the rest is in the memory."""
     fragments = Fragments.of(_pieces(nodes, options), options.fragment_overlap, len(nodes))
-    entries = _pooled(nodes, fragments)
-    pooled = normalize(fragments.pooled(_mass(nodes)[:, None] * nodes.feature.astype(np.float64))).astype(np.float32)
-    bare_vectors = _bare_vectors(nodes, encode)
+    entries = pooled_entries(nodes, fragments)
+    features, bare_vectors = _features(nodes, fragments), _bare_vectors(nodes, encode)
     aligned = nodes.evidence.feature_text_aligned
-    belief = _belief(entries, nodes.phrase_embedding, pooled if aligned else None, options, len(nodes))
+    belief = beliefs(entries, nodes.phrase_embedding, features if aligned else None, options)
     return MapTable(
         words=nodes.phrases,
         colours=tuple(map(colours_of, nodes.phrases)),
         known={u: bare for u, word in enumerate(nodes.phrases) if is_known(bare := without_colour(word))},
         vectors=nodes.phrase_embedding,
         bare_vectors=bare_vectors,
-        row=entries[0],
-        phrase=entries[1],
-        support=entries[2],
+        row=entries.row,
+        phrase=entries.phrase,
+        support=entries.support,
         belief=belief,
-        length=_lengths(entries, belief, nodes.phrase_embedding, len(nodes)),
-        bare_length=_lengths(entries, belief, bare_vectors, len(nodes)),
-        features=pooled,
+        length=lengths(entries, belief, nodes.phrase_embedding, len(nodes)),
+        bare_length=lengths(entries, belief, bare_vectors, len(nodes)),
+        features=features,
         looks=fragments.pooled(count_looks(nodes, options)),
         low=nodes.aabb[:, 0].astype(np.float64),
         high=nodes.aabb[:, 1].astype(np.float64),
@@ -99,37 +98,22 @@ def map_table(nodes: NodeTable, encode: Encode, options: GroundedOptions) -> Map
     )
 
 
-def _mass(nodes: NodeTable) -> Array:
-    """(n,) the summed w_e of what was said of each node; 1 where nothing was."""
-    mass = np.bincount(_rows(nodes), weights=nodes.saying_weight, minlength=len(nodes))
-    return np.where(nodes.spoken, mass, 1.0)
-
-
-def _rows(nodes: NodeTable) -> Array:
-    """(Q,) the node of every saying."""
-    return np.repeat(np.arange(len(nodes)), np.diff(nodes.object_saying_start))
+def _features(nodes: NodeTable, fragments: Fragments) -> Array:
+    """(n, d) float32 unit rows: those of pieces are the mean of all, by what was said of each and how far it is one."""
+    pieced = np.unique(fragments.one)
+    if not len(pieced):
+        return nodes.feature
+    mass = np.bincount(rows_of_sayings(nodes), weights=nodes.saying_weight, minlength=len(nodes))
+    seen = np.where(nodes.spoken, mass, 1.0)[pieced, None] * nodes.feature[pieced].astype(np.float64)
+    features = nodes.feature.copy()
+    features[pieced] = normalize(fragments.among(pieced).pooled(seen))
+    return features
 
 
 def _pieces(nodes: NodeTable, options: GroundedOptions) -> Pieces:
     if (options.fragment_radius_m, options.fragment_cosine) == (RADIUS_M, COSINE):
         return nodes.pieces
     return nodes.find_pieces(options.fragment_radius_m, options.fragment_cosine)
-
-
-def _pooled(nodes: NodeTable, fragments: Fragments) -> tuple[Array, Array, Array]:
-    """(E,) row, phrase and V_i + sum_j o_ij V_j of every entry, by row and then phrase."""
-    start = nodes.object_saying_start
-    count = np.diff(start)[fragments.other]  # what every piece lends
-    lent = np.repeat(start[fragments.other] - (np.cumsum(count) - count), count) + np.arange(count.sum())
-    P = max(len(nodes.phrases), 1)
-    own_key = _rows(nodes) * P + nodes.saying
-    lent_key = np.repeat(fragments.one, count) * P + nodes.saying[lent]
-    keys, place = np.unique(np.concatenate((own_key, lent_key)), return_inverse=True)
-    support = np.bincount(place[: len(own_key)], weights=nodes.saying_weight, minlength=len(keys))
-    shared = np.repeat(fragments.share, count) * nodes.saying_weight[lent]
-    support += np.bincount(place[len(own_key) :], weights=shared, minlength=len(keys))
-    row, phrase = np.divmod(keys, P)
-    return row, phrase, support
 
 
 def _bare_vectors(nodes: NodeTable, encode: Encode) -> Array:
@@ -140,31 +124,3 @@ def _bare_vectors(nodes: NodeTable, encode: Encode) -> Array:
     more = np.asarray(encode(missing), dtype=np.float32) if missing else nodes.phrase_embedding[:0]
     place = number | {phrase: len(number) + k for k, phrase in enumerate(missing)}
     return np.concatenate([nodes.phrase_embedding, more])[[place[phrase] for phrase in bare]]
-
-
-def _belief(
-    entries: tuple[Array, Array, Array], vectors: Array, features: Array | None, options: GroundedOptions, n: int
-) -> Array:
-    """(E,) p_p ~ (V_p + prior)^power exp(gain <g_p, f^v>), summing to 1 over each node."""
-    row, phrase, support = entries
-    logs = options.support_power * np.log(support + options.support_prior)
-    if features is not None:
-        for start in range(0, len(row), CHUNK):
-            part = slice(start, start + CHUNK)
-            logs[part] += options.visual_gain * np.einsum("ed,ed->e", vectors[phrase[part]], features[row[part]])
-    most = np.full(n, -np.inf)
-    np.maximum.at(most, row, logs)
-    raw = np.exp(logs - most[row])
-    return raw / np.bincount(row, weights=raw, minlength=n)[row]
-
-
-def _lengths(entries: tuple[Array, Array, Array], belief: Array, vectors: Array, n: int) -> Array:
-    """(n,) |sum_p p g_p| of each node."""
-    row, phrase, _ = entries
-    lengths, starts = np.zeros(n), np.flatnonzero(np.append(True, row[1:] != row[:-1])) if len(row) else row
-    for first in range(0, len(starts), CHUNK):
-        mine = np.append(starts, len(row))[first : first + CHUNK + 1]
-        part = slice(mine[0], mine[-1])
-        sums = np.add.reduceat(belief[part, None] * vectors[phrase[part]], mine[:-1] - mine[0])
-        lengths[row[mine[:-1]]] = np.linalg.norm(sums, axis=1)
-    return lengths

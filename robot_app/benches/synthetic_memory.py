@@ -12,6 +12,7 @@ from openbelief.evidence import Evidence, digest
 from openbelief.node_table import NodeTable
 from openbelief.observation import Observation, Provenance
 from openbelief.parameters import Parameters
+from openbelief.pieces import Pieces
 
 DIM = 512
 
@@ -48,7 +49,7 @@ def evidence(objects: int, views: int = 4, points: int = 150, seed: int = 0) -> 
 
 
 def node_table(objects: int, seed: int = 0) -> NodeTable:
-    """The columns alone: 1 or 2 concepts an object, each called by one phrase."""
+    """The columns alone: 1 or 2 concepts an object, each called by one phrase; no two look alike, none are pieces."""
     rng = np.random.default_rng(seed)
     none = evidence(0)
     concepts = 1 + rng.integers(0, 2, objects)
@@ -59,6 +60,7 @@ def node_table(objects: int, seed: int = 0) -> NodeTable:
         made = rng.standard_normal((rows, DIM), dtype=np.float32)
         return made / np.linalg.norm(made, axis=1, keepdims=True)
 
+    centroid = rng.uniform(0, 100, (objects, 3))
     belief = np.where(np.repeat(concepts, concepts) == 1, 1.0, 0.5)
     return NodeTable(
         none,
@@ -66,8 +68,8 @@ def node_table(objects: int, seed: int = 0) -> NodeTable:
             "feature": unit(objects),
             "consensus": unit(objects),
             "trusted": rng.integers(0, 2, objects, dtype=np.uint8),
-            "aabb": np.zeros((objects, 2, 3), np.float32),
-            "centroid": rng.uniform(0, 100, (objects, 3)),
+            "aabb": np.stack((centroid - 0.2, centroid + 0.2), axis=1).astype(np.float32),
+            "centroid": centroid,
             "frames": np.ones(objects, np.int32),
             "heaviest": rng.integers(0, len(none.embeddings), objects, dtype=np.int32),
             "concept_start": start,
@@ -78,6 +80,7 @@ def node_table(objects: int, seed: int = 0) -> NodeTable:
             "saying": rng.integers(0, len(none.embeddings), total, dtype=np.int32),
             "saying_weight": belief * 10,
             "phrase_embedding": none.embeddings.rows,
+            **Pieces(np.zeros((0, 2)), np.zeros(0)).columns(),
         },
     )
 

@@ -46,8 +46,11 @@ def test_a_ranking_from_matrices_is_the_one_of_float64_object_by_object(capsys: 
         ("consensus", True),
         ("early", True),
         ("belief", True),
+        ("grounded", True),
+        ("grounded", None),
     ]
-    assert all(row["reads"] > 0 and row["ratio"] > 0 for row in rows)
+    assert all(row["reads"] > 0 and row["ratio"] > 0 for row in rows[:4])
+    assert all(row["first_cpu_s"] > 0 for row in rows[3:]) and "next to" in rows[4]["sentence"]
 
 
 @pytest.mark.parametrize(

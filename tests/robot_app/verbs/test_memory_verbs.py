@@ -248,7 +248,8 @@ def test_a_failure_is_one_line_with_its_cause(memory, capsys, arguments, words):
 
 def test_a_plain_question_loads_no_library_that_takes_longer_than_its_answer(memory):
     script = (
-        "import sys; from robot_app.cli import main; main(['query', sys.argv[1], 'red chair next to the lamp']); "
+        "import sys; from robot_app.cli import main; "
+        "main(['query', sys.argv[1], 'red chair next to the lamp in the kitchen']); "
         "print(sorted({'scipy', 'open3d', 'onnxruntime', 'matplotlib', 'rosbags'} & set(sys.modules)))"
     )
     said = subprocess.run([sys.executable, "-c", script, memory], capture_output=True, text=True, check=True).stdout
