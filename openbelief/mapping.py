@@ -2,16 +2,46 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TypeAlias
 
 from openbelief.acquisition import acquire
 from openbelief.derived_rooms import with_derived_rooms
+from openbelief.keyframes import Keyframes
 from openbelief.memory import ObjectMemory
-from openbelief.observation import Mask, RgbdFrame
+from openbelief.observation import Mask, Observation, RgbdFrame
+from openbelief.parameters import Parameters
 from openbelief.perception.ports import FrameUnseen, Perception, TextEncoder
 from openbelief.rooms import Room
 from openbelief.store import BeliefStore
-from openbelief.surroundings import CameraView, ViewImages, is_keyframe, view_of
+from openbelief.surroundings import CameraView, ViewImages, view_of
+
+
+@dataclass(frozen=True, eq=False)
+class Looked:
+    """A frame and its masks; or none, and why it could not be looked at. keyframe: it shall be kept as a view."""
+
+    frame: RgbdFrame
+    masks: list[Mask] = field(repr=False)
+    unseen: str | None
+    keyframe: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Acquired:
+    """What a frame gives: observations, why masks gave none, why nothing was seen, and the view."""
+
+    recording: str
+    stamp_ns: int
+    observations: list[Observation] = field(repr=False)
+    refused: list[str]
+    unseen: str | None
+    view: tuple[CameraView, ViewImages] | None = field(repr=False)
+
+
+Each: TypeAlias = Callable[[Callable[[Looked], Acquired], Iterable[Looked]], Iterable[Acquired]]
 
 
 def map_frames(
@@ -21,17 +51,18 @@ def map_frames(
     text_encoder: TextEncoder,
     *,
     rooms: Iterable[Room] = (),
+    each: Each = map,
 ) -> ObjectMemory:
     """Map a stream of frames into the store, which is sealed and closed at the end.
 
     A frame that the store holds is passed over, so an interrupted run goes on where it stopped. What the store has
-    after every frame is safe; what any step raises ends the run.
+    after every frame is safe; what any step raises ends the run. each: acquires frame after frame, as `map` does, or
+    several at once; what it gives comes in the order of the frames, and so do errors.
     """
-    for frame in store.unmapped(frames):
-        masks, unseen = _look(perception, frame)  # 1. perceive: what is there, in words and pixels
-        observations, refusals = acquire(frame, masks, store.parameters)  # 2. acquire: o_e (eq. observation)
-        reasons, view = [refusal.reason for refusal in refusals], _keyframe(frame, store)
-        store.add_frame(frame.recording, frame.stamp_ns, observations, reasons, unseen, view)  # 3. keep: all evidence
+    looked = _looked(frames, perception, store)  # 1. perceive: what is there, in words and pixels
+    for got in each(partial(acquired, parameters=store.parameters), looked):  # 2. acquire: o_e (eq. observation)
+        said = got.observations, got.refused, got.unseen, got.view
+        store.add_frame(got.recording, got.stamp_ns, *said)  # 3. keep: all evidence
     memory = ObjectMemory.build(  # 4. build: associate (eq. association), believe (eqs. concept-vote to reliability)
         store.observations(),
         text_encoder,
@@ -47,6 +78,15 @@ def map_frames(
     return memory
 
 
+def _looked(frames: Iterable[RgbdFrame], perception: Perception, store: BeliefStore) -> Iterator[Looked]:
+    """The frames that the store does not hold, each once; those that are under way are not in it yet."""
+    keyframes, begun = Keyframes(store.view_poses), set[tuple[str, int]]()
+    for frame in store.unmapped(frames):
+        if (frame.recording, frame.stamp_ns) not in begun:
+            begun.add((frame.recording, frame.stamp_ns))
+            yield Looked(frame, *_look(perception, frame), keyframes.take(frame))
+
+
 def _look(perception: Perception, frame: RgbdFrame) -> tuple[list[Mask], str | None]:
     """The frame's masks; or none, and why this one could not be looked at."""
     try:
@@ -55,7 +95,10 @@ def _look(perception: Perception, frame: RgbdFrame) -> tuple[list[Mask], str | N
         return [], str(unseen)
 
 
-def _keyframe(frame: RgbdFrame, store: BeliefStore) -> tuple[CameraView, ViewImages] | None:
-    """The frame as a view of the site, None where the camera hardly moved since the last one."""
-    last = store.last_view_pose(frame.recording, frame.stamp_ns)
-    return view_of(frame) if is_keyframe(frame.T_map_camera, last) else None
+def acquired(looked: Looked, parameters: Parameters) -> Acquired:
+    """What the frame gives, of itself alone."""
+    frame = looked.frame
+    observations, refusals = acquire(frame, looked.masks, parameters)
+    view = view_of(frame) if looked.keyframe else None
+    reasons = [refusal.reason for refusal in refusals]
+    return Acquired(frame.recording, frame.stamp_ns, observations, reasons, looked.unseen, view)

@@ -161,9 +161,9 @@ class BeliefStore(Lifetime):
         if not self.holds(recording, stamp_ns):
             self._left_out.append(FrameRecord(recording, int(stamp_ns), because))
 
-    def last_view_pose(self, recording: str, stamp_ns: int) -> Array | None:
-        """(4, 4) T_map_camera of the recording's latest keyframe before a stamp; None where there is none."""
-        return surroundings_rows.last_pose(self._db, recording, stamp_ns)
+    def view_poses(self, recording: str) -> list[tuple[int, Array]]:
+        """(stamp_ns, (4, 4) T_map_camera) of the recording's keyframes so far."""
+        return surroundings_rows.poses(self._db, recording)
 
     def add_map(self, storey_map: StoreyMap) -> None:
         """A recording's navigation map of one height; one that is there already is replaced."""

@@ -69,11 +69,10 @@ def insert_all(db: sqlite3.Connection, surroundings: Surroundings) -> None:
         insert_map(db, one)
 
 
-def last_pose(db: sqlite3.Connection, recording: str, stamp_ns: int) -> Array | None:
-    """(4, 4) T_map_camera of the latest view of a recording before a stamp, None where there is none."""
-    query = "SELECT pose FROM views WHERE recording = ? AND stamp_ns < ? ORDER BY stamp_ns DESC LIMIT 1"
-    row = db.execute(query, (recording, int(stamp_ns))).fetchone()
-    return None if row is None else np.frombuffer(row[0], dtype="<f8").reshape(4, 4)
+def poses(db: sqlite3.Connection, recording: str) -> list[tuple[int, Array]]:
+    """(stamp_ns, (4, 4) T_map_camera) of every view of a recording."""
+    rows = db.execute("SELECT stamp_ns, pose FROM views WHERE recording = ?", (recording,))
+    return [(stamp_ns, np.frombuffer(pose, dtype="<f8").reshape(4, 4)) for stamp_ns, pose in rows]
 
 
 def read_surroundings(db: sqlite3.Connection, images: Callable[[tuple[str, int]], ViewImages]) -> Surroundings:

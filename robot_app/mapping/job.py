@@ -16,7 +16,10 @@ from openbelief.taken import Taken
 
 @dataclass(frozen=True)
 class MapJob:
-    """perceptions: one spec for all recordings, or one for each. seed: of simulated perception. rooms: of the site."""
+    """perceptions: one spec for all recordings, or one for each. seed: of simulated perception. rooms: of the site.
+
+    jobs: frames acquired at once; None: what the machine has cores for and the walk is long enough for.
+    """
 
     recordings: list[Path]
     out: Path
@@ -26,6 +29,7 @@ class MapJob:
     force: bool = False
     seed: int = 0
     rooms: tuple[Room, ...] = ()
+    jobs: int | None = None
 
     @property
     def partial(self) -> Path:

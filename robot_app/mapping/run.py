@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from contextlib import ExitStack, closing
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from logs.containers.recording import Recording
 from logs.frames.reader import RecordingError
 from logs.mcap_io.reader import LogError
 from openbelief.belief_file import BeliefFile
-from openbelief.mapping import map_frames
+from openbelief.mapping import Each, map_frames
 from openbelief.perception.ports import PerceptionFailed, TextEncoder
 from openbelief.perception.recorded import RecordedPerceptionError
 from openbelief.store import BeliefFileError
@@ -21,6 +22,7 @@ from robot_app.mapping.sources import Source, plan
 from robot_app.mapping.stopwatch import Stopwatch
 from robot_app.mapping.walks import Walks
 from robot_app.mapping.watch import WatchedStore
+from robot_app.mapping.workers import FrameWorkers, jobs_for
 
 
 def require_recordings(paths: Iterable[Path]) -> None:
@@ -54,10 +56,20 @@ def _map(job: MapJob, text_encoder: TextEncoder, progress: Progress, opened: Exi
         sources = plan(job, text_encoder, progress, opened)
     with _open_store(job, sources, text_encoder) as store:
         resumed = store.taken.frames
-        walks = Walks(sources, job, store, clock, progress)
-        with closing(walks.frames()) as frames:
-            memory = map_frames(frames, walks, store, text_encoder, rooms=job.rooms)
+        jobs = job.jobs or jobs_for(sum(len(source.reader.plan.frames) for source in sources) - resumed)
+        walks = Walks(sources, job, store, clock, progress, jobs)
+        with _each(jobs, clock) as each, closing(walks.frames()) as frames:
+            memory = map_frames(frames, walks, store, text_encoder, rooms=job.rooms, each=each)
     return MapResult(memory, [s.reader for s in sources], store.taken, resumed, dict(clock.seconds))
+
+
+@contextmanager
+def _each(jobs: int, clock: Stopwatch) -> Iterator[Each]:
+    if jobs == 1:
+        yield map
+        return
+    with FrameWorkers(jobs, partial(clock.add, "acquire")) as workers:
+        yield workers.each
 
 
 def _open_store(job: MapJob, sources: list[Source], text_encoder: TextEncoder) -> WatchedStore:

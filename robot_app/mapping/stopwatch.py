@@ -26,9 +26,13 @@ class Stopwatch:
         try:
             yield
         finally:
-            with self._lock:
-                self.seconds[stage] += time.perf_counter() - start
-                self._times[stage] += 1
+            self.add(stage, time.perf_counter() - start)
+
+    def add(self, stage: str, seconds: float) -> None:
+        """Once more, as somebody else measured it."""
+        with self._lock:
+            self.seconds[stage] += seconds
+            self._times[stage] += 1
 
     def watch(self, workers: Mapping[str, int]) -> None:
         """`rates` begins anew, for these stages; each with how many frames it has in hand at once."""

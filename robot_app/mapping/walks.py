@@ -23,46 +23,53 @@ class Walks:
     """Perception port for the frames that `frames` yields."""
 
     def __init__(
-        self, sources: list[Source], job: MapJob, store: WatchedStore, clock: Stopwatch, progress: Progress
+        self, sources: list[Source], job: MapJob, store: WatchedStore, clock: Stopwatch, progress: Progress, jobs: int
     ) -> None:
-        self._sources, self._job, self._store = sources, job, store
+        """jobs: how many frames are acquired at once; with one, what follows perceiving is acquiring."""
+        self._sources, self._job, self._store, self._jobs = sources, job, store, jobs
         self._clock, self._steps, self._progress = clock, Steps(clock), progress
-        store.watched_by(self._steps, self._tell)
-        self._current, self._looking = sources[0], sources[0].perception
-        self._before = 0  # frames of earlier recordings
+        store.watched_by(self._steps, self._tell, self._finish)
+        self._looking = sources[0].perception
+        self._done = {source.recording: len(store.frames_done(source.recording)) for source in sources}
         self.id, self.feature_text_aligned = self._looking.id, self._looking.feature_text_aligned
 
     def frames(self) -> Generator[RgbdFrame]:
-        """Every recording's, in turn. Raises Failure where no frame of any gave an observation."""
+        """Every recording's, in turn, but those that are mapped."""
         for source in self._sources:
             yield from self._of(source)
-        self._require_evidence()
-        self._progress.step("building the memory")
 
     def perceive(self, frame: RgbdFrame) -> list[Mask]:
         self._steps.begin("perceive")
         try:
             return self._looking.perceive(frame)
         finally:
-            self._steps.begin("acquire")
+            self._steps.begin("acquire" if self._jobs == 1 else None)
 
     def _of(self, source: Source) -> Iterator[RgbdFrame]:
-        """The frames of one recording that are not mapped yet; images that give none are noted with their reasons."""
-        done = self._store.frames_done(source.recording)
-        self._current, self._before = source, self._store.taken.frames - len(done)
         cache = self._job.out.with_name(f"{self._job.out.name}.{source.recording}.perception.jsonl")
-        frames = _timed(source.reader.frames(without=done), self._clock)
-        with _looking(source, frames, cache, self._store.text_encoder_id, self._clock) as (seen, self._looking):
+        frames = _timed(source.reader.frames(without=self._store.frames_done(source.recording)), self._clock)
+        looking = _looking(source, frames, cache, self._store.text_encoder_id, self._clock, self._jobs)
+        with looking as (seen, self._looking):
             yield from seen
-        for skip in source.reader.skips:
-            self._store.leave_out(source.recording, skip.stamp_ns, f"{skip.reason}: {skip.detail}")
-        for storey_map in source.reader.storey_maps()[0]:
-            self._store.add_map(storey_map)
 
-    def _tell(self) -> None:
-        total = len(self._current.reader.plan.frames)
-        done = min(self._store.taken.frames - self._before, total)
-        self._progress.frames(self._current.reader.path.name, done, total, self._clock.rates())
+    def _tell(self, recording: str) -> None:
+        self._done[recording] += 1
+        reader = next(source.reader for source in self._sources if source.recording == recording)
+        total = len(reader.plan.frames)
+        self._progress.frames(reader.path.name, min(self._done[recording], total), total, self._clock.rates())
+
+    def _finish(self) -> None:
+        """All frames are kept: images that gave none are noted with their reasons, and the maps.
+
+        Raises Failure where no frame of any recording gave an observation.
+        """
+        for source in self._sources:
+            for skip in source.reader.skips:
+                self._store.leave_out(source.recording, skip.stamp_ns, f"{skip.reason}: {skip.detail}")
+            for storey_map in source.reader.storey_maps()[0]:
+                self._store.add_map(storey_map)
+        self._require_evidence()
+        self._progress.step("building the memory")
 
     def _require_evidence(self) -> None:
         """A memory of nothing is no memory: raises Failure, and leaves no partial file to resume."""
@@ -89,7 +96,7 @@ class Walks:
 
 @contextmanager
 def _looking(
-    source: Source, frames: Iterator[RgbdFrame], cache: Path, text_space: str, clock: Stopwatch
+    source: Source, frames: Iterator[RgbdFrame], cache: Path, text_space: str, clock: Stopwatch, jobs: int
 ) -> Iterator[tuple[Iterator[RgbdFrame], Perception]]:
     """The frames, and what looks at them: cached where it is expensive, ahead of its use where it has stages."""
     if not source.expensive:
@@ -99,7 +106,7 @@ def _looking(
         if not isinstance(source.perception, StagedPerception):
             yield frames, cached
             return
-        clock.watch({"read": 1, **{s.name: s.workers for s in source.perception.stages}, "acquire": 1})
+        clock.watch({"read": 1, **{s.name: s.workers for s in source.perception.stages}, "acquire": jobs})
         with Prefetcher(source.perception, cached, clock) as ahead:
             yield ahead.over(frames), ahead
 

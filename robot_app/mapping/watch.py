@@ -27,10 +27,10 @@ class Steps:
 
 
 class WatchedStore(BeliefStore):
-    """A store that tells of every frame it has kept, and when the memory is built and sealed."""
+    """A store that tells of every frame it has kept, by its recording, and when all are kept."""
 
-    def watched_by(self, steps: Steps, on_frame: Callable[[], None]) -> None:
-        self._steps, self._on_frame = steps, on_frame
+    def watched_by(self, steps: Steps, on_frame: Callable[[str], None], on_all: Callable[[], None]) -> None:
+        self._steps, self._on_frame, self._on_all = steps, on_frame, on_all
 
     def add_frame(
         self,
@@ -44,9 +44,10 @@ class WatchedStore(BeliefStore):
         self._steps.begin("keep")
         super().add_frame(recording, stamp_ns, observations, refused, skipped, view)
         self._steps.begin(None)
-        self._on_frame()
+        self._on_frame(recording)
 
     def observations(self) -> list[Observation]:
+        self._on_all()
         self._steps.begin("build")
         return super().observations()
 

@@ -53,6 +53,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--stride", type=arguments.from_one, default=1, metavar="N", help="use every Nth frame (default 1)"
     )
+    parser.add_argument(
+        "--jobs",
+        type=arguments.from_one,
+        metavar="N",
+        help="frames acquired at once (default: as many as there are cores, fewer for a short walk)",
+    )
     parser.add_argument("--parameters", type=Path, metavar="FILE.toml", help="parameters unlike the paper's defaults")
     parser.add_argument("--color-topic", metavar="TOPIC", help="where several could be meant")
     parser.add_argument("--depth-topic", metavar="TOPIC", help="where several could be meant")
@@ -98,6 +104,7 @@ def run(options: argparse.Namespace) -> int:
         read=_read_options(options),
         force=options.force,
         rooms=read_rooms(options.rooms) if options.rooms else (),
+        jobs=options.jobs,
     )
     if not job.out.parent.is_dir():
         raise Failure(f"The folder {job.out.parent} does not exist: create it, or choose another -o.")

@@ -22,8 +22,9 @@ def test_association_finds_what_a_plain_sweep_finds(capsys: pytest.CaptureFixtur
 
 
 def test_acquisition_keeps_what_plain_dbscan_keeps(capsys: pytest.CaptureFixture[str]) -> None:
-    row = result(capsys, "acquire", "--masks", "7", "--frames", "1")
+    row = result(capsys, "acquire", "--masks", "7", "--frames", "1", "--jobs", "2")
     assert row["observations"] == 7 and row["equal"] is True and row["ratio"] > 0
+    assert row["jobs"] == 2 and row["wall_frames_per_s"] > 0 and row["jobs_frames_per_s"] > 0
 
 
 def test_goal_poses_are_as_far_as_a_plain_search_says(capsys: pytest.CaptureFixture[str]) -> None:

@@ -249,15 +249,23 @@ def test_a_truncated_recording_is_mapped_as_far_as_it_goes_and_said_to_be_damage
     assert 0 < len(ObjectMemory.open(tmp_path / "site.belief").frames) < 12
 
 
-def test_two_walks_become_one_memory(make_walk, words, tmp_path, capsys):
+def test_two_walks_become_one_memory_however_many_frames_are_acquired_at_once(make_walk, words, tmp_path, capsys):
     paths = []
     for name, count in (("a", 4), ("b", 6)):
         made = make_walk(count)
         made.write_perception(tmp_path / f"{name}.perception.jsonl")
         paths.append(str(made.write(tmp_path / f"{name}.mcap")))
-    assert main(["map", *paths, "-o", str(tmp_path / "site.belief"), "--json"]) == 0
-    report = json.loads(capsys.readouterr().out)
-    assert (report["frames"], report["objects"]) == (10, 3)
+    reports = []
+    for jobs in ("1", "2"):
+        assert main(["map", *paths, "-o", str(tmp_path / f"{jobs}.belief"), "--jobs", jobs, "--json"]) == 0
+        out, err = capsys.readouterr()
+        assert "a.mcap: 4 of 4 frames" in err and "b.mcap: 6 of 6 frames" in err
+        reports.append(json.loads(out))
+    one, two = reports
+    assert (one["frames"], one["objects"]) == (10, 3)
+    told_alike = set(one) - {"memory", "seconds"}
+    assert {key: one[key] for key in told_alike} == {key: two[key] for key in told_alike}
+    assert two["seconds"]["acquire"] > 0
 
 
 def test_a_partial_file_is_resumed_by_the_same_job_only(make_walk, walk, tmp_path, capsys, monkeypatch):
@@ -303,6 +311,7 @@ def test_wrong_input_is_refused_in_one_line_and_leaves_nothing_behind(walk, tmp_
         (["--perception", "clip:x"], "argument --perception: should be recorded:FILE.jsonl"),
         (["--perception", "bogus"], "argument --perception: should be recorded:FILE.jsonl"),
         (["--stride", "0"], "argument --stride: a whole number from 1"),
+        (["--jobs", "0"], "argument --jobs: a whole number from 1"),
         (["--perception", "recorded:a", "--perception", "recorded:b"], "Give one --perception, or one for each"),
     ],
 )
