@@ -14,6 +14,7 @@ from typing import TextIO
 
 from drivers.ports import Approval
 from logs.structured import logger, neutralise
+from logs.trial.journal import Entry
 from robot_app.mission.lease import Lease, Refused
 from robot_app.mission.open_question import OpenQuestion, option_lines
 from robot_app.mission.operator import Change, Notice, SharedOperator
@@ -36,7 +37,8 @@ class Terminal:
 
     Use as a context manager around missions. where_empty: what an empty line does between questions. under_way: whether
     a mission runs; where a terminal goes away meanwhile, nobody could type "stop" any more, and that is a stop.
-    more: further words, and what they do. commands: whether it takes the lease at once, or waits for "take over".
+    more: further words, and what they do at any time; "" is an empty line also while a question is open.
+    commands: whether it takes the lease at once, or waits for "take over".
     """
 
     def __init__(
@@ -82,6 +84,10 @@ class Terminal:
             logger().error("screen_lost", reason=str(error))
             if self._shown:
                 self._lost()
+
+    def ask(self, text: str, notes: tuple[Entry, ...] = ()) -> None:
+        """Ask with this terminal's lease. Raises Refused where somebody else commands. notes: for the trial."""
+        self._operator.ask(self._lease, text, notes)
 
     # ---- the screen
 
@@ -130,7 +136,7 @@ class Terminal:
             elif words in ANSWERS or words == "why" or TAKE.fullmatch(words):
                 self.tell("Nothing is being asked now: say what to look for, or give an empty line to end.")
             elif line:
-                self._operator.ask(self._lease, line)
+                self.ask(line)
             else:
                 self._where_empty()
         except Refused as refused:

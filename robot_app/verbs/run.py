@@ -116,9 +116,17 @@ def _by_voice(config: Config, *, as_json: bool) -> None:
         Speaker(operator, local_voice(voice)) as speaker,
     ):
         listener = Listener(recogniser, memory_phrases(missions.memory))
-        talk = LocalTalk(operator, microphone, listener, missions.note, speaker.quiet)
-        more = {"ask": talk.ask, "end": operator.end}
-        with Terminal(operator, who=config.recording.operator, where_empty=talk.turn, more=more):
+        talk = LocalTalk(
+            operator,
+            microphone,
+            listener,
+            ask=lambda words, notes: terminal.ask(words, notes),
+            note=missions.note,
+            who=config.recording.operator,
+            quiet=speaker.quiet,
+        )
+        more = {"": talk.turn, "ask": talk.ask, "end": operator.end}
+        with Terminal(operator, who=config.recording.operator, more=more) as terminal:
             operator.tell(f"Ready over {config.memory}. Press Enter to speak, and again to end; type end to leave.")
             run_missions(
                 missions,

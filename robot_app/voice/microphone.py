@@ -9,6 +9,7 @@ from robot_app.voice.audio import MAX_S, RATE_HZ
 from robot_app.voice.recogniser import HOW_TO_ADD
 
 PORTAUDIO_ADD = "the microphone needs PortAudio: sudo apt-get install libportaudio2"
+WHICH = "[voice] microphone in robot.toml takes part of a name that .venv/bin/python -m sounddevice lists"
 BYTES_MAX = round(MAX_S * RATE_HZ) * 2
 
 
@@ -37,15 +38,23 @@ class LocalMicrophone:
             self._stream.start()
         except (self._api.PortAudioError, ValueError) as error:
             self._stream = None
-            raise Failure(f"the microphone cannot be opened: {error}") from error
+            raise Failure(f"the microphone cannot be opened: {_one_line(error)}; {WHICH}") from error
 
     def stop(self) -> bytes:
+        """What came since. Raises Failure where the device was lost meanwhile."""
         stream, self._stream = self._stream, None
         if stream is not None:
-            stream.stop()
-            stream.close()
+            try:
+                stream.stop()
+                stream.close()
+            except self._api.PortAudioError as error:
+                raise Failure(f"the microphone was lost: {error}; plug it in and press Enter again") from error
         return bytes(self._sound)
 
     def _take(self, block: Any, *_: Any) -> None:
         if len(self._sound) <= BYTES_MAX:
             self._sound += bytes(block)
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split())

@@ -52,8 +52,14 @@ class MoonshineRecogniser:
         return cls(transcriber, f"moonshine-voice {version('moonshine-voice')} tiny-en")
 
     def hear(self, samples: Array) -> Heard:
-        with self._one_at_a_time:
-            first, again = self._text(samples), self._text(_faster(samples))
+        """Raises Failure where the model breaks on it."""
+        from moonshine_voice.errors import MoonshineError
+
+        try:
+            with self._one_at_a_time:
+                first, again = self._text(samples), self._text(_faster(samples))
+        except MoonshineError as error:
+            raise Failure(f"the recogniser failed ({error}): say it again, or type it") from error
         return Heard(first, words_in_common(first, again) if first else None, again)
 
     def _text(self, samples: Array) -> str:

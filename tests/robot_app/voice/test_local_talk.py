@@ -37,8 +37,16 @@ def operator() -> SharedOperator:
 def talk(
     operator: SharedOperator, words: str, kept: list, muted: list, microphone: Recorded | None = None
 ) -> LocalTalk:
-    listener = Listener(ScriptedRecogniser(words))
-    return LocalTalk(operator, microphone or Recorded(), listener, kept.append, muted.append)
+    return LocalTalk(
+        operator,
+        microphone or Recorded(),
+        Listener(ScriptedRecogniser(words)),
+        ask=lambda text, notes: operator.ask(operator.lease, text, notes),
+        note=kept.append,
+        who="ada",
+        quiet=muted.append,
+        beside=lambda act: act(),
+    )
 
 
 def test_what_was_heard_is_asked_only_when_the_operator_says_so(operator):
@@ -60,7 +68,26 @@ def test_a_spoken_stop_stops_at_once_and_is_kept(operator):
     mine = talk(operator, "Stop!", kept, [])
     mine.turn()
     mine.turn()
-    assert operator.stop_requested().because == "the operator said stop" and kept[0].record.asked == "stop"
+    stop = operator.stop_requested()
+    assert (stop.because, stop.who, stop.how) == ("the operator said stop", "ada", "voice")
+    assert kept[0].record.asked == "stop"
+
+
+def test_what_was_said_is_understood_beside_so_that_a_typed_stop_does_not_wait(operator):
+    waiting: list = []
+    mine = LocalTalk(
+        operator,
+        Recorded(),
+        Listener(ScriptedRecogniser("go to the sofa")),
+        ask=lambda *_: None,
+        note=lambda _: None,
+        beside=waiting.append,
+    )
+    for _ in range(3):  # the third listens again while the first utterance is still being understood
+        mine.turn()
+    [understand] = waiting
+    understand()
+    assert operator.stop_requested() is None
 
 
 def test_a_microphone_that_cannot_be_opened_is_said_and_listening_ends(operator):
