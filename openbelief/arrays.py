@@ -9,6 +9,8 @@ import numpy.typing as npt
 
 Array: TypeAlias = npt.NDArray[Any]
 
+UNIT_TOLERANCE = 1e-2  # float16 and a network's own rounding stay far below
+
 
 def points_array(points: Array, what: str = "points") -> Array:
     """(n, 3) float32, n >= 1, finite; raises ValueError naming `what`."""
@@ -22,13 +24,13 @@ def points_array(points: Array, what: str = "points") -> Array:
     return array
 
 
-def unit_vector(vector: Array, what: str = "feature", tolerance: float = 1e-2) -> Array:
-    """(d,) float32 of unit length (within `tolerance`, then renormalised); raises ValueError naming `what`."""
+def unit_vector(vector: Array, what: str = "feature") -> Array:
+    """(d,) float32 of unit length (within UNIT_TOLERANCE, then renormalised); raises ValueError naming `what`."""
     array = _numbers(vector, what)
     if array.ndim != 1 or array.size == 0:
         raise ValueError(f"Shape of {what} should be (d,), got {array.shape}.")
     norm = float(np.linalg.norm(array.astype(np.float64)))
-    if not np.isfinite(norm) or abs(norm - 1.0) > tolerance:
+    if not np.isfinite(norm) or abs(norm - 1.0) > UNIT_TOLERANCE:
         raise ValueError(f"{what} must be finite and of unit length, got length {norm:.4g}.")
     if abs(norm - 1.0) <= 1e-6:  # float32's own rounding: kept to the bit, so that evidence read back is the evidence
         return array

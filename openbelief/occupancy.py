@@ -14,7 +14,7 @@ MIN_HITS = 2  # one stray return is no obstacle
 MAX_SIDE_M = 500.0
 
 
-def from_points(points: Array, stamp_ns: int = 0) -> OccupancyGrid:
+def from_points(points: Array) -> OccupancyGrid:
     """Cells with an obstacle are occupied, cells with floor and none are free, the rest is unknown and so not free.
 
     points: (n, 3), map frame, metres: every hit of the walk, not voxel-snapped. Raises ValueError on misshapen,
@@ -43,7 +43,6 @@ def from_points(points: Array, stamp_ns: int = 0) -> OccupancyGrid:
         cells=np.where(occupied, OCCUPIED, np.where(_closed(floor), FREE, UNKNOWN)).astype(np.int8),
         resolution_m=RESOLUTION_M,
         origin_xy=(float(origin[0]), float(origin[1])),
-        stamp_ns=stamp_ns,
         heights_m=np.where(occupied, highest.reshape(shape), np.nan).astype(np.float32),
     )
 

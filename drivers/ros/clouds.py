@@ -6,7 +6,7 @@ import numpy as np
 
 from drivers.livox.assembler import LivoxCloud
 from drivers.ports import LidarCloud
-from drivers.ros.messages import Codec, Message, WireError, codec, header, make, stamp_to_ns
+from drivers.ros.messages import Message, WireError, codec, header, make, stamp_to_ns
 from openbelief.arrays import Array
 
 FLOATS = {7: "f4", 8: "f8"}  # sensor_msgs/PointField datatypes
@@ -20,8 +20,8 @@ CUSTOM_MSG = "livox_ros_driver2/msg/CustomMsg"
 class CloudDecoder:
     """A decoder of clouds that knows Livox's own message when one comes in a cloud's place."""
 
-    def __init__(self, shapes: Codec | None = None) -> None:
-        self._shapes = shapes or codec()
+    def __init__(self) -> None:
+        self._shapes = codec()
 
     def decode(self, payload: bytes, type_name: str) -> Message:
         """Raises WireError; its text names CustomMsg where it is one."""

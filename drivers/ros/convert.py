@@ -21,6 +21,7 @@ from openbelief.pose import Pose2, quaternion_xyzw, transform
 from openbelief.traversability import OccupancyGrid
 
 FAR_M = 1e6
+JPEG_QUALITY = 92
 ALIGNED_RAD = 1e-3  # a grid turned by less against the map axes counts as aligned
 
 
@@ -72,9 +73,9 @@ def depth_message(stamp_ns: int, frame_id: str, depth_m: Array) -> Message:
     return _image(stamp_ns, frame_id, "16UC1", millimetres)
 
 
-def jpeg_message(stamp_ns: int, frame_id: str, color: Array, quality: int = 92) -> Message:
+def jpeg_message(stamp_ns: int, frame_id: str, color: Array) -> Message:
     """sensor_msgs/CompressedImage of (h, w, 3) uint8 RGB."""
-    ok, data = cv2.imencode(".jpg", cv2.cvtColor(color, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, quality])
+    ok, data = cv2.imencode(".jpg", cv2.cvtColor(color, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
     if not ok:
         raise WireError(f"An image of shape {color.shape} cannot be encoded as JPEG.")
     form = "rgb8; jpeg compressed bgr8"  # what image_transport writes

@@ -26,6 +26,8 @@ from openbelief.traversability import OccupancyGrid
 
 __all__ = ["RosBattery", "RosCamera", "RosLidar", "RosMap", "RosPoseSource"]
 
+PATIENCE_S = 0.3
+
 
 class RosLidar:
     """The Lidar port: the newest cloud of a PointCloud2 topic."""
@@ -112,7 +114,7 @@ class RosMap:
 class RosPoseSource:
     """The PoseSource port over /tf and /tf_static.
 
-    patience_s: how long a stamp newer than the newest transform is waited for, by the clock; images often come first.
+    A stamp newer than the newest transform is waited for PATIENCE_S, by the clock: images often come first.
     max_gap_s: the longest time between two transforms that is interpolated; slow localisers need more than usual.
     """
 
@@ -122,11 +124,9 @@ class RosPoseSource:
         clock: Clock,
         keys: Keys | None = None,
         *,
-        patience_s: float = 0.3,
         max_gap_s: float = MAX_GAP_S,
     ) -> None:
         self._link, self._clock, self._keys = link, clock, keys or BridgeKeys()
-        self._patience_s = patience_s
         self._tree = TransformTree(max_gap_s=max_gap_s, horizon_s=10.0)
         self._intakes: list[Subscription] = []
 
@@ -136,7 +136,7 @@ class RosPoseSource:
 
     def transform_at(self, stamp_ns: int, frame_id: str) -> Array:
         self._link.check()
-        give_up_ns = self._clock.now_ns() + round(self._patience_s * 1e9)
+        give_up_ns = self._clock.now_ns() + round(PATIENCE_S * 1e9)
         while True:
             try:
                 return self._tree.lookup(stamp_ns, "map", frame_id)

@@ -22,6 +22,7 @@ from openbelief.lifetime import Lifetime
 
 logger = logging.getLogger(__name__)
 KIB = 1 << 10
+LISTEN_TRIES = 5
 TARGET = zenoh.QueryTarget.ALL  # ALL_COMPLETE finds nothing behind the bridge
 EACH = zenoh.ConsolidationMode.NONE  # else the replies of two servers under one key are merged into one
 
@@ -221,14 +222,14 @@ def open_router(endpoint: str | None = None, *, lease_s: float = 2.0) -> Iterato
         session.close()
 
 
-def _listen(wanted: str | None, lease_s: float, attempts: int = 5) -> tuple[zenoh.Session, str]:
+def _listen(wanted: str | None, lease_s: float) -> tuple[zenoh.Session, str]:
     """Zenoh does not tell which port it chose, so we choose a free one; somebody may take it first."""
-    for attempt in range(attempts):
+    for attempt in range(LISTEN_TRIES):
         endpoint = wanted or _free_endpoint()
         try:
             return zenoh.open(LinkConfig((endpoint,), lease_s=lease_s).zenoh("router")), endpoint
         except zenoh.ZError:
-            if wanted or attempt == attempts - 1:
+            if wanted or attempt == LISTEN_TRIES - 1:
                 raise
     raise AssertionError("unreachable")
 

@@ -32,8 +32,8 @@ class RosHelperHand:
 
     name = "rclpy"
 
-    def __init__(self, command: Sequence[str], action: str = NAVIGATE_TO_POSE.name) -> None:
-        self._command = [*command, action]
+    def __init__(self, command: Sequence[str]) -> None:
+        self._command = [*command, NAVIGATE_TO_POSE.name]
         self._heard: queue.SimpleQueue[Acknowledgement] = queue.SimpleQueue()
         self._servers, self._driving, self._repeats = 0, False, Repeats()
 

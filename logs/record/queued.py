@@ -13,6 +13,7 @@ from drivers.topics import TRANSFORMS
 from logs.record.recorder import McapRecorder
 from logs.record.streams import RecordedStream
 
+DRAIN_S = 60.0
 MAX_BYTES = 256 << 20  # five seconds of raw 640x480 RGB-D at 30 Hz
 
 
@@ -97,11 +98,11 @@ class QueuedRecorder:
             self._bytes += size
             self._changed.notify_all()
 
-    def drain(self, timeout_s: float = 60.0) -> None:
+    def drain(self) -> None:
         """Wait until all that was taken is written; for simulations, whose time can wait for the disk."""
         with self._changed:
-            if not self._changed.wait_for(lambda: not (self._waiting or self._busy), timeout_s):
-                raise OSError(f"the disk did not take {self._bytes} bytes within {timeout_s:.0f} s")
+            if not self._changed.wait_for(lambda: not (self._waiting or self._busy), DRAIN_S):
+                raise OSError(f"the disk did not take {self._bytes} bytes within {DRAIN_S:.0f} s")
         self.check()
 
     def check(self) -> None:

@@ -28,12 +28,12 @@ class Boxes:
         return Boxes(self.xyxy[rows], self.scores[rows], self.classes[rows])
 
 
-def survivors(boxes: Boxes, iou: float = NMS_IOU) -> Array:
+def survivors(boxes: Boxes) -> Array:
     """Rows that non-maximum suppression within each class leaves, surest first; ties by order."""
     kept: list[int] = []
     for row in np.argsort(-boxes.scores, kind="stable"):
         rivals = [k for k in kept if boxes.classes[k] == boxes.classes[row]]
-        if not rivals or box_iou(boxes.xyxy[rivals], boxes.xyxy[row]).max() <= iou:
+        if not rivals or box_iou(boxes.xyxy[rivals], boxes.xyxy[row]).max() <= NMS_IOU:
             kept.append(int(row))
     return np.array(kept, dtype=int)
 

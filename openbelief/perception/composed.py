@@ -26,11 +26,9 @@ class ComposedPerception:
         segmenter: Segmenter,
         features: SegmentEncoder,
         *,
-        name: str = "paper",
         proposer_workers: int = 1,
     ) -> None:
         self._proposer, self._segmenter, self._features = proposer, segmenter, features
-        self._name = name
         self.stages = (
             Stage("phrases", lambda frame, _: proposer.propose(frame), proposer_workers),
             Stage("segments", self._segment),
@@ -39,7 +37,7 @@ class ComposedPerception:
 
     @property
     def id(self) -> str:
-        return f"{self._name}[{self._proposer.id} | {self._segmenter.id} | {self._features.id}]"
+        return f"paper[{self._proposer.id} | {self._segmenter.id} | {self._features.id}]"
 
     @property
     def feature_text_aligned(self) -> bool:

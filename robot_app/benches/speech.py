@@ -78,17 +78,17 @@ def synthetic_sentences() -> Iterator[Said]:
                 yield Said(f"{voice}: {words}", in_a_pause(spoken(words, program, voice)), words)
 
 
-def synthetic_stops(word: str = "stop") -> Iterator[Said]:
+def synthetic_stops() -> Iterator[Said]:
     """The word by every installed voice at every rate, at every level of noise."""
     rng = np.random.default_rng(20_261_129)
     for program, voice in VOICES:
         if not installed(program):
             continue
         for rate in RATES:
-            clip = in_a_pause(spoken(word, program, voice, rate))
+            clip = in_a_pause(spoken("stop", program, voice, rate))
             for level in NOISES_DB:
                 noise = "clean" if level is None else f"{level:.0f} dB above noise"
-                yield Said(f"{voice} {rate}", clip if level is None else _noisy(clip, level, rng), word, noise)
+                yield Said(f"{voice} {rate}", clip if level is None else _noisy(clip, level, rng), "stop", noise)
 
 
 def in_a_pause(clip: AudioClip) -> AudioClip:

@@ -11,6 +11,7 @@ from openbelief.memory import ObjectMemory
 from openbelief.node import ObjectNode
 from openbelief.traversability import FREE, OccupancyGrid
 
+JPEG_QUALITY = 80
 SHADE_FREE, SHADE_UNKNOWN, SHADE_OCCUPIED = 255, 128, 0  # the page gives each of them its theme's colour
 
 
@@ -42,11 +43,11 @@ def grid_png(grid: OccupancyGrid) -> bytes:
     return bytes(cv2.imencode(".png", shades[::-1])[1])
 
 
-def jpeg(color: np.ndarray, quality: int = 80) -> bytes:
+def jpeg(color: np.ndarray) -> bytes:
     """(h, w, 3) uint8 RGB."""
     import cv2
 
-    return bytes(cv2.imencode(".jpg", color[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, quality])[1])
+    return bytes(cv2.imencode(".jpg", color[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1])
 
 
 def _object_json(node: ObjectNode) -> dict[str, Any]:

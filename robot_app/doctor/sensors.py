@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from drivers.clock import SystemClock
 from drivers.livox.diagnosis import diagnoses
 from drivers.livox.driver import LivoxLidar
-from drivers.ports import Clock, PortError
+from drivers.ports import PortError
 from drivers.realsense.camera import RealSenseCamera
 from drivers.realsense.messages import FPS
 from drivers.ros.diagnosis import Diagnosis, Severity
@@ -79,9 +79,9 @@ def _rate(port: str, ears: TopicProbe, nominal_hz: float, rest: str, remedy: str
     return Finding(f"{port} rate", Level.WARN if slow else Level.OK, said, remedy if slow else "")
 
 
-def examine_local(config: Config, clock: Clock | None = None) -> Iterator[Finding]:
+def examine_local(config: Config) -> Iterator[Finding]:
     """The sensors that robot.toml calls "real", each by itself: for when the robot they belong to cannot be opened."""
-    clock = clock or SystemClock()
+    clock = SystemClock()
     for port, (open_sensor, check) in LOCAL.items():
         if getattr(config.ports, port) != "real":
             continue
