@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> None:
     from robot_app.benches import speech
     from robot_app.voice.listener import Listener
-    from robot_app.voice.recogniser import open_recogniser
+    from robot_app.voice.recognisers import open_recogniser
 
     listener = Listener(open_recogniser(options.recogniser, options.language))
     sets: dict[str, Iterable[Said]] = {

@@ -21,7 +21,7 @@ from robot_app.voice.asking import utterance_json
 from robot_app.voice.audio import MAX_S, RATE_HZ, AudioError, clip_of_pcm16
 from robot_app.voice.listener import Listener, Utterance
 from robot_app.voice.note import spoken_note
-from robot_app.voice.recogniser import open_recogniser
+from robot_app.voice.recognisers import open_recogniser
 
 HOW = "console"
 BYTES_MAX = round(MAX_S * RATE_HZ) * 2

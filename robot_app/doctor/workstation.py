@@ -93,7 +93,8 @@ def check_certificates(config: Config, now_ns: int) -> Iterator[Finding]:
 
 def check_voice(config: Config, _now_ns: int) -> Iterator[Finding]:
     """The recogniser that [voice] names can be opened; without the extra everything but voice works."""
-    from robot_app.voice.recogniser import HOW_TO_ADD, open_recogniser
+    from robot_app.voice.recogniser import HOW_TO_ADD
+    from robot_app.voice.recognisers import open_recogniser
 
     try:
         recogniser = open_recogniser(config.voice.recogniser, config.voice.language)

@@ -103,7 +103,7 @@ def _by_voice(config: Config, *, as_json: bool) -> None:
     from robot_app.voice.listener import Listener
     from robot_app.voice.local_talk import LocalTalk
     from robot_app.voice.microphone import LocalMicrophone
-    from robot_app.voice.recogniser import open_recogniser
+    from robot_app.voice.recognisers import open_recogniser
     from robot_app.voice.speaking import Speaker, local_voice
     from robot_app.voice.suggestions import memory_phrases
 

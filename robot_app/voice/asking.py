@@ -14,7 +14,8 @@ from robot_app.config import VoiceSection
 from robot_app.voice.audio import AudioClip, AudioError, read_wav
 from robot_app.voice.listener import Listener, Utterance
 from robot_app.voice.note import spoken_note
-from robot_app.voice.recogniser import Recogniser, open_recogniser
+from robot_app.voice.recogniser import Recogniser
+from robot_app.voice.recognisers import open_recogniser
 from robot_app.voice.suggestions import memory_phrases
 
 HOW = "voice"

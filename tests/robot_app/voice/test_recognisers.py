@@ -11,7 +11,8 @@ import pytest
 from robot_app.cli import Failure
 from robot_app.voice.audio import read_wav
 from robot_app.voice.listener import Listener
-from robot_app.voice.recogniser import Recogniser, open_recogniser
+from robot_app.voice.recogniser import Recogniser
+from robot_app.voice.recognisers import open_recogniser
 from robot_app.voice.sherpa import confidence_of
 
 
