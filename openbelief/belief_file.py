@@ -21,6 +21,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from openbelief import surroundings_rows
 from openbelief.arrays import Array, read_only
 from openbelief.columns import Column, SealedColumns, read_data, read_manifest
+from openbelief.documents import from_json
 from openbelief.embedding import PhraseEmbeddings
 from openbelief.evidence import Evidence, FrameRecord, canonical_order, digest
 from openbelief.file_checks import (
@@ -45,6 +46,7 @@ from openbelief.stored_observations import Key, StoredObservations
 from openbelief.surroundings import Surroundings, ViewImages
 
 # n observations in canonical order; texts are JSON in UTF-8.
+META_BYTES_MAX = 16 << 20  # of one value; rooms of a large building have some 100 kB
 EVIDENCE_COLUMNS = {
     "digest": Column("|u1", ("n", 32)),
     "partition": Column("<i8", ("n",), below="N"),
@@ -82,7 +84,7 @@ class FileMeta(BaseModel):
 
 def read_meta(db: sqlite3.Connection) -> FileMeta:
     """Raises ValueError in one line where a value is missing or of the wrong kind."""
-    values = {key: json.loads(value) for key, value in db.execute("SELECT key, value FROM meta NOT INDEXED")}
+    values = {key: from_json(value, max_bytes=META_BYTES_MAX) for key, value in db.execute("SELECT key, value FROM meta NOT INDEXED")}
     try:
         return FileMeta.model_validate(values)
     except ValidationError as error:
@@ -232,7 +234,7 @@ def column_of(texts: Sequence[str]) -> Array:
 
 
 def texts_of(column: Array) -> list[str]:
-    texts = json.loads(column.tobytes())
+    texts = from_json(column.tobytes())
     if not isinstance(texts, list) or not all(isinstance(text, str) for text in texts):
         raise ValueError("a list of texts is none")
     return texts

@@ -12,9 +12,11 @@ from typing import NamedTuple
 import numpy as np
 
 from openbelief.arrays import Array
+from openbelief.documents import from_json
 from openbelief.file_checks import VALUE_BYTES_MAX
 
 PART_BYTES = 1 << 28  # SQLite keeps at most 1e9 bytes in one value
+SHAPE_BYTES_MAX = 1000
 SCHEMA = """
 CREATE TABLE IF NOT EXISTS columns (name TEXT NOT NULL, part INTEGER NOT NULL, shape TEXT NOT NULL,
     sha256 BLOB NOT NULL, data BLOB NOT NULL, PRIMARY KEY (name, part));
@@ -129,7 +131,7 @@ def read_manifest(db: sqlite3.Connection) -> tuple[dict[str, tuple[int, ...]], d
     shapes: dict[str, tuple[int, ...]] = {}
     digests: dict[str, bytes] = {}
     for name, _, shape, digest in db.execute(MANIFEST):
-        sizes = json.loads(shape)
+        sizes = from_json(shape, max_bytes=SHAPE_BYTES_MAX)
         if not isinstance(sizes, list) or not all(type(n) is int and 0 <= n < 1 << 40 for n in sizes):
             raise ColumnDamaged(f"its column {name!r} has no shape")
         shapes[name], digests[name] = tuple(sizes), bytes(digest)

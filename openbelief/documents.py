@@ -7,6 +7,7 @@ import tomllib
 from typing import Any
 
 MAX_KEY_PARTS = 100  # a dotted key of 100 000 parts is 200 kB, and gigabytes in the parser
+MAX_JSON_BYTES = 64 << 20  # lists of nothing take forty times as much memory as text
 KEY_ENDS = "=,[]{}#\n"
 
 
@@ -14,8 +15,10 @@ class DocumentError(ValueError):
     """The text cannot be read; one line with the cause."""
 
 
-def from_json(text: str | bytes, **options: Any) -> Any:
+def from_json(text: str | bytes, *, max_bytes: int = MAX_JSON_BYTES, **options: Any) -> Any:
     """`json.loads` with its options. Raises DocumentError."""
+    if len(text) > max_bytes:
+        raise DocumentError(f"it has {len(text)} bytes, more than the {max_bytes} allowed")
     try:
         return json.loads(text, **options)
     except RecursionError as error:

@@ -12,8 +12,10 @@ import numpy as np
 
 from openbelief.arrays import Array
 from openbelief.columns import MANIFEST
+from openbelief.documents import from_json
 from openbelief.observation import Observation, Provenance, Rle
 
+NUMBERS_BYTES_MAX = 1000  # of a box or a size
 SCHEMA = """
 CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL);
 CREATE TABLE frames (recording TEXT NOT NULL, stamp_ns INTEGER NOT NULL, skipped TEXT,
@@ -53,7 +55,7 @@ def from_row(row: tuple[Any, ...]) -> Observation:
 
 
 def _whole_numbers(text: str, count: int) -> list[int]:
-    numbers = json.loads(text)
+    numbers = from_json(text, max_bytes=NUMBERS_BYTES_MAX)
     if not isinstance(numbers, list) or len(numbers) != count or not all(type(n) is int for n in numbers):
         raise ValueError(f"{count} whole numbers are needed, not {text!r:.60}")
     return numbers

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from openbelief.arrays import Array
+from openbelief.documents import from_json
 from openbelief.observation import Intrinsics
 from openbelief.surroundings import CameraView, StoreyMap, Surroundings, ViewImages
 from openbelief.traversability import OccupancyGrid
@@ -31,6 +32,7 @@ CREATE TABLE IF NOT EXISTS maps (recording TEXT NOT NULL, height_m REAL NOT NULL
 VIEWS = "SELECT recording, stamp_ns, pose, camera, images_sha256 FROM views NOT INDEXED ORDER BY recording, stamp_ns"
 MAPS = "SELECT * FROM maps NOT INDEXED ORDER BY recording, height_m"
 IMAGES = "SELECT depth, picture FROM view_images WHERE recording = ? AND stamp_ns = ?"
+CAMERA_BYTES_MAX = 1000
 MAX_CELLS = 1 << 28
 
 
@@ -116,7 +118,7 @@ def _images_hash(images: ViewImages) -> bytes:
 
 
 def _view(recording: str, stamp_ns: int, pose: bytes, camera: str) -> CameraView:
-    width, height, fx, fy, cx, cy, *distortion = json.loads(camera)
+    width, height, fx, fy, cx, cy, *distortion = from_json(camera, max_bytes=CAMERA_BYTES_MAX)
     T_map_camera = np.frombuffer(pose, dtype="<f8").reshape(4, 4)
     intrinsics = Intrinsics(width, height, fx, fy, cx, cy, tuple(distortion))
     return CameraView(recording, stamp_ns, T_map_camera, intrinsics)

@@ -14,6 +14,7 @@ from mcap.records import SummaryOffset
 from mcap.writer import CompressionType, Writer
 
 from logs.mcap_io.checksum import with_checksum
+from openbelief.documents import from_json
 
 CHUNK_BYTES = 1 << 20  # what a crash can lose at most, and what a reader must decompress at once
 PROFILE = "ros2"
@@ -53,7 +54,7 @@ def definition_of(values: Mapping[str, str]) -> tuple[int, ChannelSpec]:
         values["schema_name"],
         values["schema_encoding"],
         values["schema"].encode("latin-1"),
-        json.loads(values["metadata"]),
+        from_json(values["metadata"]),
     )
     return int(values["id"]), spec
 

@@ -99,6 +99,17 @@ OF_BOTH = {
     " feature, stamp_ns, bbox, rle_size, rle_counts, crop_jpeg@MORE@ FROM observations WHERE id = 1",
     "an observation less": "DELETE FROM observations WHERE id = 1",
 }
+DEEP, LONG = "[" * 100_000, "[" + "[]," * 6_000_000 + "[]]"
+OF_BOTH |= {
+    f"{how} {what}": (change, (text,))
+    for how, text in {"deep": DEEP, "long": LONG}.items()
+    for what, change in {
+        "parameters": "UPDATE meta SET value = ? WHERE key = 'parameters'",
+        "rooms": "UPDATE meta SET value = ? WHERE key = 'rooms'",
+        "box": "UPDATE observations SET bbox = ? WHERE id = 1",
+        "size of a mask": "UPDATE observations SET rle_size = ? WHERE id = 1",
+    }.items()
+}
 OF_OLD = {
     "an object of nothing": "UPDATE observations SET object = NULL WHERE id = 1",
     "an object of words": "UPDATE observations SET object = 'chair' WHERE id = 1",
@@ -108,6 +119,10 @@ OF_OLD = {
     "half an embedding": "UPDATE phrases SET embedding = x'0000' WHERE phrase = 'chair'",
 }
 OF_COLUMNS = {
+    **{
+        f"{how} shape": ("UPDATE columns SET shape = ? WHERE name = 'centroid'", (text,))
+        for how, text in {"deep": DEEP, "long": LONG}.items()
+    },
     "another shape": "UPDATE columns SET shape = '[1]' WHERE name = 'centroid'",
     "a shape of words": "UPDATE columns SET shape = '[\"x\"]' WHERE name = 'centroid'",
     "no shape": "UPDATE columns SET shape = '7' WHERE name = 'feature'",
@@ -170,6 +185,12 @@ def test_a_resealed_column_of_numbers_that_cannot_be_ends_in_one_sentence(memory
     array = np.broadcast_to(np.array(wrong, dtype), json.loads(shape))
     with pytest.raises(BeliefFileError, match=r"^[^\n]+is damaged[^\n]+$"):
         use(resealed(path, columns={name: array}))
+
+
+@pytest.mark.parametrize("text", [DEEP, "[" + "[]," * 25_000_000 + "[]]"], ids=["deep", "long"])
+def test_a_column_of_texts_that_would_exhaust_its_reader_ends_in_one_sentence(path, text):
+    with pytest.raises(BeliefFileError, match=r"^[^\n]+is damaged[^\n]+$"):
+        use(resealed(path, columns={"phrases": np.frombuffer(text.encode(), np.uint8)}))
 
 
 NODE_DATA = {"path": ("columns", "data", "name"), "old": ("phrases", "embedding", "phrase")}

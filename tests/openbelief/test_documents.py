@@ -13,6 +13,11 @@ def test_json_nested_too_deeply_is_one_sentence(text: str) -> None:
         from_json(text)
 
 
+def test_json_longer_than_what_is_expected_is_not_parsed() -> None:
+    with pytest.raises(ValueError, match="more than the 10 allowed"):
+        from_json("[1, 2, 3, 4]", max_bytes=10)
+
+
 @pytest.mark.parametrize(
     ("text", "why"),
     [
