@@ -84,7 +84,10 @@ class FileMeta(BaseModel):
 
 def read_meta(db: sqlite3.Connection) -> FileMeta:
     """Raises ValueError in one line where a value is missing or of the wrong kind."""
-    values = {key: from_json(value, max_bytes=META_BYTES_MAX) for key, value in db.execute("SELECT key, value FROM meta NOT INDEXED")}
+    values = {
+        key: from_json(value, max_bytes=META_BYTES_MAX)
+        for key, value in db.execute("SELECT key, value FROM meta NOT INDEXED")
+    }
     try:
         return FileMeta.model_validate(values)
     except ValidationError as error:

@@ -105,7 +105,7 @@ def main(argv: list[str] | None = None) -> int:
     try:
         return _run(verb, arguments)
     except (Exception, KeyboardInterrupt) as error:  # noqa: BLE001 - a defect is raised again
-        return _ended(error, verb)
+        return _ended(error, verb, arguments)
 
 
 def _run(verb: str | None, arguments: list[str]) -> int:
@@ -126,7 +126,7 @@ def _run(verb: str | None, arguments: list[str]) -> int:
     return 0 if options.version or not arguments else 2
 
 
-def _ended(error: BaseException, verb: str | None) -> int:
+def _ended(error: BaseException, verb: str | None, arguments: list[str]) -> int:
     """The exit status for what ended a verb, said in one line; a defect is raised again.
 
     Ctrl-C while a module is imported comes out of it as an ImportError (open3d) or a RuntimeError (a class body's):
@@ -141,7 +141,16 @@ def _ended(error: BaseException, verb: str | None) -> int:
         return 1
     if isinstance(error, BrokenPipeError):
         return 1
+    if isinstance(error, OSError) and _was_named(error.filename, arguments):
+        print(f"{name}: {shown(str(error.filename))}: {error.strerror}.", file=sys.stderr)
+        return 1
     raise error
+
+
+def _was_named(path: object, arguments: list[str]) -> bool:
+    """Whether a path is one that the command line names, or lies below one: the system's word on it is no defect."""
+    name = str(path or "")
+    return bool(name) and any(argument and (argument in name or name in argument) for argument in arguments[1:])
 
 
 def _origins(error: BaseException | None) -> Iterator[BaseException]:

@@ -1,0 +1,150 @@
+"""A path that is wrong in any way, for every verb and every option that takes one: one line, and nothing is harmed."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from robot_app.cli import main
+
+# verb and what it needs; HERE stands for the wrong path. Everything else is there, in a demo's folder.
+READ = {
+    "record --config": ["record", "-o", "new.mcap", "--config", "HERE"],
+    "record --sheet": ["record", "-o", "new.mcap", "--config", "robot.toml", "--sheet", "HERE"],
+    "map recordings": ["map", "HERE", "-o", "new.belief", "--perception", "scripted:small.json"],
+    "map --perception recorded": ["map", "walk.mcap", "-o", "new.belief", "--perception", "recorded:HERE"],
+    "map --perception scripted": ["map", "walk.mcap", "-o", "new.belief", "--perception", "scripted:HERE"],
+    "map --perception detector": ["map", "walk.mcap", "-o", "new.belief", "--perception", "detector:HERE"],
+    "map --perception paper": ["map", "walk.mcap", "-o", "new.belief", "--perception", "paper:HERE"],
+    "map --rooms": ["map", "walk.mcap", "-o", "new.belief", "--perception", "scripted:small.json", "--rooms", "HERE"],
+    "map --parameters": ["map", "walk.mcap", "-o", "n", "--perception", "scripted:small.json", "--parameters", "HERE"],
+    "query memory": ["query", "HERE", "chair"],
+    "why memory": ["why", "HERE", "0"],
+    "inspect memory": ["inspect", "HERE"],
+    "rebuild memory": ["rebuild", "HERE", "-o", "new.belief"],
+    "rebuild --parameters": ["rebuild", "site.belief", "-o", "new.belief", "--parameters", "HERE"],
+    "rebuild --rooms": ["rebuild", "site.belief", "-o", "new.belief", "--rooms", "HERE"],
+    "run --config": ["run", "--config", "HERE"],
+    "ask --config": ["ask", "the chair", "--config", "HERE"],
+    "ask --audio": ["ask", "--audio", "HERE", "--config", "robot.toml"],
+    "mcp --config": ["mcp", "--config", "HERE"],
+    "onboard --config": ["onboard", "--config", "HERE"],
+    "onboard --reset": ["onboard", "--reset", "--config", "HERE"],
+    "accounts --config": ["accounts", "list", "--config", "HERE"],
+    "doctor --config": ["doctor", "--config", "HERE"],
+    "replay trial": ["replay", "HERE"],
+    "replay --memory": ["replay", "trial.mcap", "--memory", "HERE"],
+    "replay --perception": ["replay", "trial.mcap", "--perception", "recorded:HERE"],
+    "trials folder": ["trials", "HERE"],
+    "recover file": ["recover", "HERE"],
+    "eval retrieval memory": ["eval", "retrieval", "HERE", "site.truth.json"],
+    "eval retrieval truth": ["eval", "retrieval", "site.belief", "HERE"],
+    "eval retrieval --rooms": ["eval", "retrieval", "site.belief", "site.truth.json", "--rooms", "HERE"],
+    "eval rooms memory": ["eval", "rooms", "HERE", "site.truth.json"],
+    "eval rooms truth": ["eval", "rooms", "site.belief", "HERE"],
+    "models check": ["models", "check", "HERE"],
+    "demo --scene": ["demo", "--scene", "HERE", "--out", "new"],
+}
+WRITE = {
+    "record -o": ["record", "-o", "HERE", "--config", "robot.toml", "--minutes", "0.01"],
+    "map -o": ["map", "walk.mcap", "-o", "HERE", "--perception", "scripted:small.json"],
+    "query --picture": ["query", "site.belief", "armchair", "--picture", "HERE"],
+    "why --html": ["why", "site.belief", "0", "--html", "HERE"],
+    "inspect --plan": ["inspect", "site.belief", "--plan", "HERE"],
+    "inspect --html": ["inspect", "site.belief", "--html", "HERE"],
+    "rebuild -o": ["rebuild", "site.belief", "-o", "HERE"],
+    "recover -o": ["recover", "walk.mcap", "-o", "HERE"],
+    "ask --trial": ["ask", "the armchair", "--config", "robot.toml", "--trial", "HERE"],
+    "demo --out": ["demo", "--scene", "small.json", "--out", "HERE"],
+    "certs -o": ["certs", "-o", "HERE", "--robot", "192.168.1.4"],
+}
+
+
+def _missing(_folder: Path) -> Path:
+    return Path("not-there")
+
+
+def _a_folder(folder: Path) -> Path:
+    (folder / "a-folder").mkdir()
+    return Path("a-folder")
+
+
+def _empty(folder: Path) -> Path:
+    (folder / "empty").touch()
+    return Path("empty")
+
+
+def _noise(folder: Path) -> Path:
+    (folder / "noise").write_bytes(bytes(range(256)) * 40)
+    return Path("noise")
+
+
+def _deep(folder: Path) -> Path:
+    (folder / "deep").write_text("[" * 100_000)
+    return Path("deep")
+
+
+def _below_a_file(folder: Path) -> Path:
+    return _empty(folder) / "x"
+
+
+def _too_long(_folder: Path) -> Path:
+    return Path("x" * 300)
+
+
+def _missing_folder(_folder: Path) -> Path:
+    return Path("no-folder/new")
+
+
+Wrong = Callable[[Path], Path]
+WRONG_TO_READ: tuple[Wrong, ...] = (_missing, _a_folder, _empty, _noise, _deep, _below_a_file, _too_long)
+WRONG_TO_WRITE: tuple[Wrong, ...] = (_a_folder, _below_a_file, _too_long, _missing_folder)
+FINE = {  # where such a path is what the verb wants, or an empty one says nothing wrong
+    ("_a_folder", "trials folder"),
+    ("_a_folder", "recover file"),
+    *(("_a_folder", name) for name in ("demo --out", "certs -o")),
+    *(("_missing_folder", name) for name in ("demo --out", "certs -o")),
+    *(("_empty", f"{verb} --parameters") for verb in ("map", "rebuild")),
+    *(("_empty", f"{verb} --config") for verb in ("doctor", "accounts", "record", "onboard")),
+    *((kind, "record --sheet") for kind in ("_empty", "_noise", "_deep")),  # whatever it is, it is attached
+    ("_missing_folder", "ask --trial"),  # the folder of trials is made
+}
+
+
+@pytest.fixture
+def folder(small_site: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    shutil.copy(Path(__file__).parent / "small_scene.json", small_site / "small.json")
+    monkeypatch.chdir(small_site)
+    return small_site
+
+
+def refused(arguments: list[str], path: Path, capsys: pytest.CaptureFixture[str]) -> str:
+    """The last line of what is said to it."""
+    try:
+        status = main([part.replace("HERE", str(path)) for part in arguments])
+    except SystemExit as ended:
+        status = int(ended.code or 0)
+    said = capsys.readouterr()
+    assert status in (1, 2), (status, said.out[-500:], said.err[-500:])
+    assert "Traceback" not in said.err + said.out
+    return said.err.strip().splitlines()[-1] if said.err.strip() else said.out
+
+
+def cases(names: dict[str, list[str]], wrongs: tuple[Wrong, ...]) -> list[tuple[str, Wrong]]:
+    return [(name, wrong) for name in names for wrong in wrongs if (wrong.__name__, name) not in FINE]
+
+
+@pytest.mark.parametrize(("name", "wrong"), cases(READ, WRONG_TO_READ))
+def test_what_cannot_be_read_is_named_in_one_line(name: str, wrong: Wrong, folder, capsys) -> None:
+    said = refused(READ[name], wrong(folder), capsys)
+    assert said.startswith(("openbelief", "Try 'openbelief")) or name == "doctor --config"
+    assert len(said) < 1000
+
+
+@pytest.mark.parametrize(("name", "wrong"), cases(WRITE, WRONG_TO_WRITE))
+def test_what_cannot_be_written_is_named_in_one_line(name: str, wrong: Wrong, folder, capsys) -> None:
+    said = refused(WRITE[name], wrong(folder), capsys)
+    assert said.startswith(("openbelief", "Try 'openbelief")) and len(said) < 1000
