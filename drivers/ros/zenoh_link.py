@@ -213,7 +213,8 @@ class ZenohLink(Lifetime):
 def open_router(endpoint: str | None = None, *, lease_s: float = 2.0) -> Iterator[str]:
     """A Zenoh router in this process, for this machine only; yields its endpoint, by default on an ephemeral port.
 
-    lease_s: a connected client takes this router for dead after so long a silence.
+    lease_s: a connected client takes this router for dead after so long a silence. Raises PortError where nothing can
+    listen there.
     """
     session, endpoint = _listen(endpoint, lease_s)
     try:
@@ -228,9 +229,12 @@ def _listen(wanted: str | None, lease_s: float) -> tuple[zenoh.Session, str]:
         endpoint = wanted or _free_endpoint()
         try:
             return zenoh.open(LinkConfig((endpoint,), lease_s=lease_s).zenoh("router")), endpoint
-        except zenoh.ZError:
+        except zenoh.ZError as error:
             if wanted or attempt == LISTEN_TRIES - 1:
-                raise
+                raise PortError(
+                    f"Nothing can listen at {endpoint}: has another program the port (another `openbelief run`?), "
+                    "and is the address this machine's?"
+                ) from error
     raise AssertionError("unreachable")
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import ipaddress
+import os
 import socket
 import ssl
 import sys
@@ -128,13 +129,19 @@ def serving(listening: Listening, settings: ConsoleSection, parts: Parts) -> Ite
         sys.setswitchinterval(before)
 
 
+def require_free(listening: Listening) -> None:
+    """Before long work: raises Failure where another program has the port."""
+    _bound(listening).close()
+
+
 def _bound(listening: Listening) -> socket.socket:
     family = socket.AF_INET6 if ":" in listening.host else socket.AF_INET
     try:
         return socket.create_server((listening.host, listening.port), family=family)
     except OSError as error:
         where = f"{listening.name}:{listening.port}"
-        raise Failure(f"The console cannot listen at {where}: {error.strerror}; name another port") from error
+        why = os.strerror(error.errno or 0)
+        raise Failure(f"The console cannot listen at {where}: {why}; name another port.") from error
 
 
 def _address(listening: Listening, settings: ConsoleSection) -> Address:

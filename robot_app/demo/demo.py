@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -102,7 +103,7 @@ def make_memory(
 ) -> ObjectMemory:
     """A walk through the scene, recorded, and the memory mapped from the recording."""
     tell(f"A G1 walks through {world.name}: {len(world.rooms)} rooms, {len(world.objects)} things.")
-    frames = record_walk(config, files.walk, lambda n: progress.frames("walk", n, 0))
+    frames = record_walk(config, files.walk, partial(progress.frames, "walk"))
     truth = world.truth()
     files.truth.write_text(json.dumps(truth), encoding="utf-8")
     size_mb = files.walk.stat().st_size / 1e6

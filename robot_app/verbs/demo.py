@@ -73,10 +73,12 @@ def run(options: argparse.Namespace) -> int:
 
 def _play(options: argparse.Namespace, tell: Callable[[str], None]) -> int:
     """The simulated flat behind the console; its memory is made where the folder has none of this scene yet."""
+    from robot_app.console.server import require_free
     from robot_app.demo.demo import demo_configuration
     from robot_app.progress import progress
     from robot_app.verbs.run import with_console
 
+    require_free(options.console)
     with progress() as shown:
         config = demo_configuration(options.out, options.scene, options.seed, shown, tell)
     with_console(config, options.console, as_json=options.json)

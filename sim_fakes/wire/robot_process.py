@@ -21,10 +21,9 @@ import threading
 from contextlib import ExitStack
 
 import scipy.sparse.csgraph  # noqa: F401 - the planner's first path would load it while a question waits
-import zenoh
 
 from drivers.clock import SimClock, SystemClock
-from drivers.ports import Clock
+from drivers.ports import Clock, PortError
 from drivers.ros.zenoh_link import open_router
 from drivers.topics import LIDAR_IMU
 from openbelief.arrays import Array
@@ -160,8 +159,8 @@ def main() -> int:
     options = parser.parse_args()
     try:
         run(options, stop)
-    except zenoh.ZError:
-        print(f"robot_process: nothing can listen at {options.listen}: is the port free?", file=sys.stderr)
+    except PortError as error:
+        print(f"robot_process: {error}", file=sys.stderr)
         return 1
     except OSError as error:
         print(f"robot_process: no lidar at {options.lidar_ip}: {error.strerror} (--lidar-ip)", file=sys.stderr)

@@ -1,8 +1,10 @@
-"""A path that is wrong in any way, for every verb and every option that takes one: one line, and nothing is harmed."""
+"""A path that is wrong in any way, for every verb and every option that takes one, and a port that somebody else has:
+one line."""
 
 from __future__ import annotations
 
 import shutil
+import socket
 from collections.abc import Callable
 from pathlib import Path
 
@@ -148,3 +150,23 @@ def test_what_cannot_be_read_is_named_in_one_line(name: str, wrong: Wrong, folde
 def test_what_cannot_be_written_is_named_in_one_line(name: str, wrong: Wrong, folder, capsys) -> None:
     said = refused(WRITE[name], wrong(folder), capsys)
     assert said.startswith(("openbelief", "Try 'openbelief")) and len(said) < 1000
+
+
+OCCUPIED = {
+    "run --console": ["run", "--config", "robot.toml", "--console", "PORT"],
+    "run [remote]": ["run", "--config", "remote.toml"],
+    "demo --console": ["demo", "--scene", "small.json", "--out", "new", "--console", "PORT"],
+}
+
+
+@pytest.mark.parametrize("name", OCCUPIED)
+def test_a_port_that_another_program_has_is_named_in_one_line(name: str, folder: Path, capsys) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = str(other.getsockname()[1])
+        text = (folder / "robot.toml").read_text()
+        here = f'[remote]\nserve = "here"\nendpoint = "tcp/127.0.0.1:{port}"\n'
+        (folder / "remote.toml").write_text(text.split("[remote]")[0] + here)
+        assert main([part.replace("PORT", port) for part in OCCUPIED[name]]) == 1
+    said = capsys.readouterr().err.strip().splitlines()
+    assert said[-1].startswith(f"openbelief {name.split()[0]}: ") and f":{port}" in said[-1] and "port" in said[-1]
+    assert not (folder / "new").exists(), "said before long work"
