@@ -77,12 +77,13 @@ def read_truth(path: str | os.PathLike[str]) -> Truth:
     if not isinstance(content, dict) or content.get("format") != FORMAT:
         raise TruthError(f"{file} is not a {FORMAT!r} file: give the TRUTH.json beside the recording.")
     try:
-        return _parse(content)
+        return truth_of(content)
     except (KeyError, TypeError, ValueError) as error:
         raise TruthError(f"{file} does not follow {FORMAT!r}: {type(error).__name__} {error}.") from error
 
 
-def _parse(content: dict[str, Any]) -> Truth:
+def truth_of(content: dict[str, Any]) -> Truth:
+    """Of a document. Raises KeyError, TypeError or ValueError where it does not follow the format."""
     objects = {o.id: o for o in map(_parse_object, content["objects"])}
     queries = tuple(map(_parse_query, content["queries"]))
     if unknown := {i for q in queries for i in q.accept} - objects.keys():
