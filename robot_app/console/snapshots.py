@@ -29,13 +29,14 @@ class LiveMission:
     def __init__(self, memory: ObjectMemory) -> None:
         self._memory, self._lock = memory, threading.Lock()
         self._view: MissionView | None = None
+        self._before: MissionView | None = None  # whose pictures a page may still be asking for
         self._json: dict[str, Any] | None = None
         self.version = 0
 
     def write(self, record: Record, attached: Attached = None) -> None:
         with self._lock:
             if isinstance(record, Query):
-                self._view = MissionView(self._memory)
+                self._before, self._view = self._view, MissionView(self._memory)
             if self._view is not None:
                 self._view.see(record, attached)
                 self.version += 1
@@ -57,7 +58,7 @@ class LiveMission:
         from robot_app.console.site_plan import jpeg
 
         with self._lock:
-            looks = self._view.looks if self._view else []
+            looks = [look for view in (self._view, self._before) if view is not None for look in view.looks]
             frame = next((look.frame for look in looks if look.frame.stamp_ns == stamp_ns), None)
         return None if frame is None else jpeg(frame.color)
 

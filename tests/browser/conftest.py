@@ -22,10 +22,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Page, Playwright, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, Playwright, sync_playwright
+
+from robot_app.benches.chromium import chromium_path
+from robot_app.config import load_config
 
 HERE = Path(__file__).parent
 SMALL = HERE.parent / "robot_app" / "small_scene.json"
+RECORDED = HERE.parent / "replay" / "small_room.mcap"
 ASKED_FOR = "OPENBELIEF_BROWSER"
 SCREENSHOTS = os.environ.get("OPENBELIEF_SCREENSHOTS", "")
 PATIENCE_S = 40.0  # for one step, on a machine that does other work too
@@ -38,6 +42,8 @@ CARD = {
     "size": [0.35, 0.25, 0.4],
     "colour": "white",
 }
+SEED = 1  # in whose map the wrong candidate is the first
+FOREIGN_HOST = "evil.example"  # which the browser believes to be this machine
 DESKTOP, PHONE = {"width": 1440, "height": 900}, {"width": 390, "height": 844}
 
 
@@ -61,22 +67,23 @@ def until(happens: Callable[[], Any], what: str) -> Any:
 
 
 class Program:
-    """`openbelief run --console`, its terminal, and the pairing links that it prints."""
+    """`openbelief ... --console`, its terminal, and the pairing links that it prints."""
 
-    def __init__(self, config: Path) -> None:
-        command = [sys.executable, "-m", "robot_app.cli", "run", "--config", str(config), "--console", "0"]
+    def __init__(self, *arguments: str) -> None:
+        command = [sys.executable, "-m", "robot_app.cli", *arguments]
         self._lines: queue.Queue[str] = queue.Queue()
         self.said: list[str] = []
         self._process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
         )
         threading.Thread(target=self._read, daemon=True).start()
-        self._first: str | None = self._link()
+        self._first = self._link()
+        self.url = self._first.split("/#")[0]
 
     def link(self, role: str = "operator") -> str:
         """A fresh pairing link."""
         if role == "operator" and self._first:
-            first, self._first = self._first, None
+            first, self._first = self._first, ""
             return first
         self.type("pair" if role == "operator" else "pair viewer")
         return self._link()
@@ -126,21 +133,29 @@ class Site:
 
 
 @pytest.fixture(scope="session")
-def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
-    from robot_app.cli import main
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A mapped site, as `openbelief demo --console` leaves it, with trials of before."""
+    from robot_app.demo.demo import demo_configuration
+    from robot_app.progress import progress
 
     folder = tmp_path_factory.mktemp("site") / "demo-out"
-    scene = [] if SCREENSHOTS else ["--scene", str(with_a_card(folder.parent))]
-    assert main(["demo", *scene, "--out", str(folder), "--json"]) == 0
+    scene = "flat" if SCREENSHOTS else str(with_a_card(folder.parent))
+    with progress() as shown:
+        demo_configuration(folder, scene, SEED, shown, print)
     if not SCREENSHOTS:
         many_trials(folder)
+        shutil.copy(RECORDED, folder / RECORDED.name)  # of another site and memory: what it shows is in its file
     config = (folder / "robot.toml").read_text()
-    config = config.replace(
-        'readout = "grounded"', 'readout = "consensus"'
-    )  # its first candidate is wrong here: the story
+    config = config.replace('readout = "grounded"', 'readout = "consensus"')  # its first candidate is wrong: the story
     config = config.replace('serve = "off"', 'serve = "here"').replace("127.0.0.1:7450", f"127.0.0.1:{free_port()}")
     (folder / "robot.toml").write_text(config)
-    program = Program(folder / "robot.toml")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def site(folder: Path) -> Iterator[Site]:
+    scene = load_config(folder / "robot.toml").sim.scene
+    program = Program("demo", "--console", "0", "--scene", scene, "--seed", str(SEED), "--out", str(folder))
     yield Site(folder, program)
     program.end()
 
@@ -161,7 +176,7 @@ def free_port() -> int:
 
 
 def many_trials(folder: Path) -> None:
-    """Two thousand rows, as if the list had been read before; one of them is a trial."""
+    """Two thousand rows, as if the list had been read before."""
     entries = {}
     for number in range(MANY):
         path = folder / f"old_{number:04d}.mcap"
@@ -188,9 +203,8 @@ def playwright() -> Iterator[Playwright]:
 
 @pytest.fixture(scope="session")
 def browser(playwright: Playwright) -> Iterator[Browser]:
-    path = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    assert path, "no chromium here: apt-get install chromium"
-    made = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
+    arguments = ["--no-sandbox", "--no-proxy-server", f"--host-resolver-rules=MAP {FOREIGN_HOST} 127.0.0.1"]
+    made = playwright.chromium.launch(executable_path=chromium_path(), args=arguments)
     yield made
     made.close()
 
@@ -203,12 +217,25 @@ class Tab:
     site: Site
     complaints: list[str] = field(default_factory=list)
     requests: list[str] = field(default_factory=list)
+    may_complain: str = ""  # what a test provokes
+
+    def trouble(self) -> list[str]:
+        """What it complained of, policy errors too, and what it asked of others than the console."""
+        own = self.site.program.url
+        allowed = (own, own.replace("http", "ws", 1), f"blob:{own}", "about:", "chrome:", "data:")
+        foreign = [url for url in self.requests if not url.startswith(allowed)]
+        unasked = [each for each in self.complaints if not (self.may_complain and re.search(self.may_complain, each))]
+        return foreign + unasked
 
     def listen(self) -> None:
-        self.page.on("console", lambda m: self.complaints.append(m.text) if m.type in ("error", "warning") else None)
+        self.page.on("console", self._hear)
         self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
         self.page.on("request", lambda request: self.requests.append(request.url))
         self.page.on("websocket", lambda socket: self.requests.append(socket.url))
+
+    def _hear(self, message: ConsoleMessage) -> None:
+        if message.type in ("error", "warning"):
+            self.complaints.append(f"{message.text} {message.location.get('url', '')}")
 
     def words(self, element: str) -> str:
         return self.page.locator(f"#{element}").inner_text(timeout=PATIENCE_S * 1000)
@@ -235,6 +262,17 @@ class Tab:
     def said(self) -> str:
         return " | ".join(each["text"] for each in self.state()["said"])
 
+    def refused(self) -> str:
+        """The refusal that the page shows."""
+        answer = self.page.locator("#ask-answer.refused")
+        until(answer.is_visible, "a refusal on the page")
+        return answer.inner_text()
+
+    def stopped(self, how: Callable[[Tab], Any]) -> None:
+        """STOP in that way, until it was heard."""
+        how(self)
+        until(lambda: self.page.locator("#stop").get_attribute("data-state") == "heard", "STOP was heard")
+
     def picture(self, name: str) -> None:
         """For docs/operator.md, where it is asked for."""
         if SCREENSHOTS:
@@ -251,14 +289,20 @@ def open_tab(browser: Browser, site: Site) -> Iterator[Callable[..., Tab]]:
 
 @contextmanager
 def tabs(browser: Browser, site: Site) -> Iterator[Callable[..., Tab]]:
-    """open_tab(role="operator", size=DESKTOP): a page of its own browser context, logged in by a pairing link."""
+    """open_tab(role="operator", size=DESKTOP): a page of its own browser context, logged in by a pairing link.
+
+    Afterwards none of them complained of anything, or asked anything of anybody but the console.
+    """
     contexts: list[BrowserContext] = []
+    made: list[Tab] = []
 
     def opened(role: str = "operator", size: dict[str, int] = DESKTOP, theme: str = "dark", script: str = "") -> Tab:
         context = browser.new_context(viewport=size, has_touch=size is PHONE, device_scale_factor=1)
         contexts.append(context)
-        context.add_init_script(f"localStorage.setItem('theme', '{theme}'); {script}")
+        chosen = f"if (location.protocol !== 'about:') localStorage.setItem('theme', '{theme}')"
+        context.add_init_script(f"{chosen}; {script}")
         tab = Tab(context.new_page(), site)
+        made.append(tab)
         tab.listen()
         tab.page.goto(site.program.link(role))
         until(lambda: tab.state().get("n"), "the first snapshot")
@@ -267,6 +311,7 @@ def tabs(browser: Browser, site: Site) -> Iterator[Callable[..., Tab]]:
     yield opened
     for context in contexts:
         context.close()
+    assert [tab.trouble() for tab in made if tab.trouble()] == []
 
 
 @pytest.fixture

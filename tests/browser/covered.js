@@ -1,11 +1,11 @@
-// What is wrong with STOP: corners that another element lies over, too small, out of sight.
-(() => {
-  const box = document.getElementById("stop").getBoundingClientRect();
-  const points = [[box.left + 8, box.top + 8], [box.right - 8, box.bottom - 8], [(box.left + box.right) / 2, (box.top + box.bottom) / 2]];
-  const hidden = points.filter(([x, y]) => !document.elementFromPoint(x, y)?.closest("#stop"));
-  const over = ([x, y]) => `${x}, ${y} is covered by ${document.elementFromPoint(x, y)?.outerHTML?.slice(0, 80)}`;
-  const trouble = hidden.map(over);
-  if (box.width < 300) trouble.push(`${box.width} pixels wide`);
-  if (box.bottom > innerHeight + 0.5) trouble.push(`it ends at ${box.bottom} of ${innerHeight}`);
-  return trouble;
-})();
+// What of these elements is not whole on the screen: out of sight, clipped, covered, or STOP too small for a thumb.
+(ids) => ids.flatMap((id) => {
+  const node = document.getElementById(id), box = node.getBoundingClientRect();
+  if (id === "reason" && !node.textContent) return [];
+  const points = [[0.5, 0.5], [0.04, 0.5], [0.96, 0.5], [0.5, 0.15], [0.5, 0.85]].map(([x, y]) => [box.left + x * box.width, box.top + y * box.height]);
+  const at = points.map(([x, y]) => document.elementFromPoint(x, y)).filter((found) => !found || !(node.contains(found) || found.contains(node) && id !== "stop"));
+  const trouble = at.map((found) => `${id} is covered by ${found ? found.outerHTML.slice(0, 60) : "the screen's edge"}`);
+  if (box.bottom > innerHeight + 0.5 || box.right > innerWidth + 0.5 || box.top < -0.5 || box.left < -0.5) trouble.push(`${id} ends at ${box.right}, ${box.bottom} of ${innerWidth}, ${innerHeight}`);
+  if (id === "stop" && (box.width < 140 || box.height < 48)) trouble.push(`STOP is ${box.width} x ${box.height}`);
+  return [...new Set(trouble)];
+})

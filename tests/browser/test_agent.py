@@ -18,7 +18,7 @@ from robot_app.remote import messages as m
 from robot_app.remote.client import RemoteClient
 from robot_app.remote.service import link_config
 from tests.browser.conftest import until
-from tests.browser.test_console import robot_at
+from tests.browser.steps import robot_at
 from tests.robot_app.agents.test_mcp import proposes
 
 NAMED = "The agent helper asks, not a person."

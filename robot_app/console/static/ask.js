@@ -1,7 +1,9 @@
 // The ask line, and who commands.
 
-import {$, shown, text} from "./dom.js";
+import {$, attribute, shown, text} from "./dom.js";
 import {Talk} from "./talk.js";
+
+const SMALL = "(max-width: 820px), (max-height: 500px)";
 
 export class AskLine {
   constructor(link) {
@@ -19,6 +21,7 @@ export class AskLine {
     this.lease = operator?.lease;
     const operates = you?.role === "operator", mine = Boolean(this.epoch);
     $("ask-words").disabled = !operates;
+    attribute($("ask"), "data-mine", mine ? "yes" : null);
     this.talk.show(operates);
     $("ask-words").placeholder = !operates ? "You are a viewer: you may look, and STOP" : mine ? "Take me to the …" : "Take command to ask";
     $("ask-send").disabled = !mine || !this.link.open;
@@ -50,6 +53,7 @@ export class AskLine {
     this.say(answer);
     if (answer.ok) {
       $("ask-words").value = "";
+      if (matchMedia(SMALL).matches) $("ask-words").blur(); // the keyboard on the screen makes room for the question
       $("meant").replaceChildren();
       this.talk.heard = 0;
     }

@@ -27,6 +27,16 @@ export function element(tag, attributes = {}, ...children) {
   return node;
 }
 
+// How long something took, for the bench; the timeline of a page that is open for days is kept short.
+const measures = new Map();
+
+export function measured(name, start) {
+  const count = (measures.get(name) || 0) + 1;
+  measures.set(name, count);
+  if (count % 2000 === 0) performance.clearMeasures(name);
+  performance.measure(name, {start, end: performance.now()});
+}
+
 // Calls draw(value) only when the value differs from the one before.
 export function whenChanged(draw) {
   let before;

@@ -2,7 +2,7 @@
 
 import {AskLine} from "./ask.js";
 import {CameraStream, Picture, pictureWords} from "./camera.js";
-import {$, attribute, clockTime, element, getJson, shown, text, whenChanged} from "./dom.js";
+import {$, attribute, clockTime, element, getJson, measured, shown, text, whenChanged} from "./dom.js";
 import {Link} from "./link.js";
 import {Evidence, drawCandidates, drawChecks} from "./panels.js";
 import {Plan, loadSite} from "./plan.js";
@@ -43,13 +43,29 @@ export class Live {
     $("plan-robot").addEventListener("click", () => this.aim(true));
     $("plan-all").addEventListener("click", () => this.aim(false));
     const tabs = [...document.querySelectorAll("[data-tab][role=tab]")];
-    for (const tab of tabs) tab.addEventListener("click", () => this.tab(tab.dataset.tab));
+    for (const tab of tabs) {
+      tab.addEventListener("click", () => this.tab(tab.dataset.tab));
+      tab.addEventListener("keydown", (event) => this.tabKey(event, tabs));
+    }
     $("live").dataset.tab = "camera";
   }
 
   tab(name) {
     $("live").dataset.tab = name;
-    for (const tab of document.querySelectorAll("[role=tab]")) attribute(tab, "aria-selected", tab.dataset.tab === name);
+    for (const tab of document.querySelectorAll("[role=tab]")) {
+      attribute(tab, "aria-selected", tab.dataset.tab === name);
+      attribute(tab, "tabindex", tab.dataset.tab === name ? 0 : -1);
+    }
+  }
+
+  // Arrow keys go from tab to tab, as screen readers announce them.
+  tabKey(event, tabs) {
+    const step = {ArrowRight: 1, ArrowLeft: -1}[event.key];
+    if (!step) return;
+    event.preventDefault();
+    const next = tabs[(tabs.indexOf(event.target) + step + tabs.length) % tabs.length];
+    this.tab(next.dataset.tab);
+    next.focus();
   }
 
   aim(follow) {
@@ -101,7 +117,7 @@ export class Live {
     this.speech.show(state.speech, Boolean(state.you?.epoch));
     this.painted = this.link.seen = state.n;
     if (news) this.toBeat = state.n;
-    performance.measure("page-paint", {start, end: performance.now()});
+    measured("page-paint", start);
   }
 
   paintMission(state, mission) {
@@ -157,7 +173,7 @@ export class Live {
   }
 
   drawLog(said) {
-    $("log").replaceChildren(...[...said].reverse().map((each) => element("li", {}, element("time", {}, clockTime(each.at_ms)), each.text)));
+    $("log").replaceChildren(...[...said].reverse().map((each) => element("li", {}, element("time", {}, clockTime(each.at_ms)), saidWords(each.text))));
   }
 
   select(id) {
@@ -165,6 +181,12 @@ export class Live {
     this.stale = true;
     if (getComputedStyle($("evidence-panel")).display === "none") this.tab("candidates");
   }
+}
+
+// A trial is told by its path; on the page it is a link.
+function saidWords(said) {
+  const name = said.match(/^trial: (?:.*\/)?([\w.-]+\.mcap)$/)?.[1];
+  return name ? element("a", {href: `#trials/${encodeURIComponent(name)}`}, "Recorded: look at this trial") : said;
 }
 
 function planWords(state, mission) {

@@ -82,4 +82,13 @@ $("theme").addEventListener("click", () => {
 });
 $("logout").addEventListener("click", async () => { await postJson("/api/logout"); location.reload(); });
 window.addEventListener("hashchange", place);
+
+// A keyboard on the screen covers the page's foot, and STOP, where the browser lays out nothing anew for it.
+const view = window.visualViewport;
+view?.addEventListener("resize", () => {
+  if (view.scale > 1.01) return; // enlarged by hand
+  const covered = innerHeight - view.height > 1;
+  $("app").style.height = covered ? `${view.height}px` : "";
+  if (covered) window.scrollTo(0, 0);
+});
 begin();

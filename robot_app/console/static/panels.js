@@ -68,8 +68,8 @@ export class Evidence {
     const crop = card.crop ? element("img", {src: `/api/objects/${card.object_id}/crop.jpg`, alt: `What the map's best view of ${card.label || "it"} looked like`, loading: "lazy"}) : element("span", {class: "faint"}, "no crop was kept");
     this.box.replaceChildren(element("div", {class: "evidence-card"}, crop,
       element("div", {}, element("h3", {}, card.label || `object ${card.object_id}`),
-        element("p", {class: "faint"}, `Seen ${card.seen} times from ${card.frames} frames, ${card.trust}.`),
-        element("p", {}, rivalWords(card.object_id, mission))),
+        element("p", {class: "faint"}, `Seen ${card.seen} times from ${card.frames} frames, ${card.trust}.`)),
+      element("p", {class: "rival"}, rivalWords(card.object_id, mission)),
       element("ol", {class: "phrases", "aria-label": "What it was called, by support"}, ...named), more));
   }
 }

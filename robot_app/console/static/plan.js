@@ -1,12 +1,13 @@
 // The plan: map, rooms, keep-out, objects, and over them robot, way, goal and numbered candidates.
 // What stands still is painted once to a canvas of its own; a snapshot repaints only what moves.
 
-import {attribute} from "./dom.js";
+import {attribute, measured} from "./dom.js";
 import {statusKind} from "./words.js";
 
 const MARGIN_M = 0.6;
 const FOLLOW_M = 8;
 const ROBOT_M = 0.28;
+const CLEAR_PX = 44; // between a room's name and a candidate's number
 
 export class Plan {
   constructor(canvas, {onPick} = {}) {
@@ -54,8 +55,7 @@ export class Plan {
     pen.drawImage(this.still, 0, 0);
     this.paintMoving(pen, ratio);
     this.describe();
-    performance.clearMeasures("plan-paint-last");
-    performance.measure("plan-paint", {start, end: performance.now()});
+    measured("plan-paint", start);
   }
 
   aim(width, height) {
@@ -89,15 +89,15 @@ export class Plan {
       const style = getComputedStyle(document.documentElement);
       this.themeOf = theme;
       this.palette = new Proxy({}, {get: (_, name) => style.getPropertyValue(`--${String(name)}`).trim()});
-      const names = ["free", "unknown", "wall", "room", "thing", "ink", "faint", "way", "place", "confirmed", "rejected", "aside", "panel", "accent"];
+      const names = ["free", "unknown", "wall", "room", "thing", "ink", "faint", "way", "place", "on-place", "confirmed", "rejected", "aside", "panel", "accent"];
       this.palette = Object.fromEntries(names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
     }
     return this.palette;
   }
 
   paintStill(width, height, ratio) {
-    const colours = this.colours(), {view} = this;
-    const key = [width, height, view.x, view.y, view.scale, this.themeOf, this.site.objects.length, Boolean(this.grid)].join();
+    const colours = this.colours(), {view} = this, marks = (this.scene.candidates || []).map((each) => each.object_id);
+    const key = [width, height, view.x, view.y, view.scale, this.themeOf, this.site.objects.length, Boolean(this.grid), marks].join();
     if (key === this.stillKey) return;
     this.stillKey = key;
     Object.assign(this.still, {width, height});
@@ -111,7 +111,7 @@ export class Plan {
     pen.beginPath();
     for (const each of this.site.objects) this.box(pen, each);
     pen.stroke();
-    this.paintRooms(pen, colours, ratio);
+    this.paintRooms(pen, colours, ratio, this.site.objects.filter((each) => marks.includes(each.id)));
   }
 
   paintGrid(pen, colours) {
@@ -138,18 +138,20 @@ export class Plan {
     pen.restore();
   }
 
-  paintRooms(pen, colours, ratio) {
+  // A room's name stands in its middle, or aside where a candidate's number would hide it.
+  paintRooms(pen, colours, ratio, marked) {
+    const numbers = marked.map((each) => this.at(each.centroid[0], each.centroid[1]));
     pen.font = `${13 * ratio}px system-ui, sans-serif`;
     pen.textAlign = "center";
     pen.textBaseline = "middle";
     pen.lineJoin = "round";
     for (const room of this.site.rooms) {
-      const [x, y] = middle(room.polygon);
+      const [x, y] = clearest(spots(room.polygon).map((spot) => this.at(...spot)), numbers, CLEAR_PX * ratio);
       pen.strokeStyle = colours.free;
       pen.lineWidth = 4 * ratio;
-      pen.strokeText(room.name, ...this.at(x, y));
+      pen.strokeText(room.name, x, y);
       pen.fillStyle = colours.room;
-      pen.fillText(room.name, ...this.at(x, y));
+      pen.fillText(room.name, x, y);
     }
   }
 
@@ -209,7 +211,7 @@ export class Plan {
       if (kind === "rejected") pen.rect(x - radius, y - radius, 2 * radius, 2 * radius);
       else pen.arc(x, y, radius, 0, 2 * Math.PI);
       pen.fill();
-      pen.fillStyle = colours.panel;
+      pen.fillStyle = kind === "chosen" ? colours["on-place"] : colours.panel;
       pen.font = `700 ${13 * ratio}px system-ui, sans-serif`;
       pen.textAlign = "center";
       pen.textBaseline = "middle";
@@ -261,6 +263,7 @@ export class Plan {
     let travelled = 0, apart = 0;
     const local = (event) => { const box = canvas.getBoundingClientRect(), ratio = canvas.width / box.width; return [(event.clientX - box.left) * ratio, (event.clientY - box.top) * ratio]; };
     canvas.style.touchAction = "none";
+    canvas.addEventListener("keydown", (event) => this.key(event, onPick));
     canvas.addEventListener("wheel", (event) => { event.preventDefault(); this.zoom(Math.exp(-event.deltaY * 0.0015), local(event)); }, {passive: false});
     canvas.addEventListener("pointerdown", (event) => { canvas.setPointerCapture(event.pointerId); pointers.set(event.pointerId, local(event)); travelled = 0; apart = 0; });
     canvas.addEventListener("pointermove", (event) => {
@@ -283,6 +286,23 @@ export class Plan {
     };
     canvas.addEventListener("pointerup", end);
     canvas.addEventListener("pointercancel", end);
+  }
+
+  key(event, onPick) {
+    const {canvas} = this, middle = [canvas.width / 2, canvas.height / 2], step = Math.min(...middle) / 4;
+    const act = {
+      ArrowLeft: () => this.pan(step, 0), ArrowRight: () => this.pan(-step, 0), ArrowUp: () => this.pan(0, step), ArrowDown: () => this.pan(0, -step),
+      "+": () => this.zoom(1.25, middle), "-": () => this.zoom(0.8, middle), Home: () => this.fit(), Enter: () => this.pickNearest(onPick),
+    }[event.key];
+    if (!act || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    act();
+  }
+
+  pickNearest(onPick) {
+    const {x, y} = this.view, apart = (each) => Math.hypot(each.centroid[0] - x, each.centroid[1] - y);
+    const nearest = this.site.objects.reduce((best, each) => (!best || apart(each) < apart(best) ? each : best), null);
+    if (nearest) onPick(nearest.id);
   }
 
   pan(dx, dy) {
@@ -324,6 +344,18 @@ function middle(polygon) {
     y += (y0 + y1) * cross;
   });
   return twice ? [x / (3 * twice), y / (3 * twice)] : polygon[0];
+}
+
+// Where a room's name may stand: its middle first.
+function spots(polygon) {
+  const [x, y] = middle(polygon), high = Math.max(...polygon.map((each) => each[1])) - Math.min(...polygon.map((each) => each[1]));
+  return [0, 0.25, -0.25, 0.36, -0.36].map((share) => [x, y + share * high]);
+}
+
+// The first spot that is so far from every number, or the one that is furthest.
+function clearest(places, numbers, enough) {
+  const apart = ([x, y]) => Math.min(enough, ...numbers.map(([nx, ny]) => Math.hypot((nx - x) / 2, ny - y) * 2));
+  return places.reduce((best, each) => (apart(each) > apart(best) ? each : best));
 }
 
 function line(pen, points, colour, width, dash) {

@@ -38,7 +38,7 @@ export class Question {
     text($("question-why"), "");
     attribute($("answer-why"), "aria-expanded", "false");
     shown($("answer-why"), Boolean(asked.because));
-    attribute($("answer-yes"), "aria-label", label ? `Go to ${label}${way}` : null);
+    attribute($("answer-yes"), "aria-label", number && label ? `Go to #${number}${way}: ${label}` : null);
   }
 
   tick() {

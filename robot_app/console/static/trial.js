@@ -37,9 +37,9 @@ export class TrialPage {
     this.reason = element("span", {class: "reason"});
     const head = element("div", {class: "head"}, element("a", {href: "#trials"}, "← All trials"), this.words, this.reason,
       element("span", {class: "faint"}, dayTime(trial.started_ms)), element("a", {href: `${this.url}/export`, download: ""}, "Export"));
-    const canvas = element("canvas", {role: "img"}), caption = element("p", {class: "faint caption"});
-    const map = element("canvas", {role: "img"});
-    this.candidates = element("ol");
+    const canvas = element("canvas", {role: "img", "aria-label": "No picture yet"}), caption = element("p", {class: "faint caption"});
+    const map = element("canvas", {role: "img", tabindex: "0", "aria-label": "Plan of the site"});
+    this.candidates = element("ol", {"aria-label": "Candidates"});
     this.checks = element("div");
     this.checksFor = element("span", {class: "faint"});
     this.steps = element("ol", {"aria-label": "Decisions over time"}, ...trial.steps.map((step, index) => element("li", {}, this.stepButton(step, index))));
@@ -59,7 +59,7 @@ export class TrialPage {
   }
 
   notes() {
-    const list = element("ol"), words = element("input", {"aria-label": "Note", placeholder: "Add a note", maxlength: "2000"});
+    const list = element("ol", {"aria-label": "Notes"}), words = element("input", {"aria-label": "Note", placeholder: "Add a note", maxlength: "2000"});
     const draw = (notes) => list.replaceChildren(...notes.map((note) => element("li", {}, element("span", {class: "faint"}, `${note.who}, ${clockTime(note.at_ms)}: `), note.text)));
     const refused = element("span", {class: "refused", role: "alert"});
     const form = element("form", {onsubmit: async (event) => {

@@ -38,7 +38,7 @@ export class Trials {
     this.outcome = element("select", {id: "trial-outcome", "aria-label": "Filter by outcome", onchange: () => this.draw()},
       ...["", "CONFIRMED", "FAILED", "NAVIGATION_FAILED", "CANCELLED", "FAULT", "UNFINISHED", "broken"].map((each) => element("option", {value: each}, each ? (each === "broken" ? "Cannot be read" : endWords(each)[0]) : "Every outcome")));
     this.count = element("span", {class: "faint", role: "status"});
-    this.list = element("div", {class: "rows", role: "list", "aria-label": "Trials, the newest first", tabindex: "0"});
+    this.list = element("ol", {class: "rows", role: "list", "aria-label": "Trials, the newest first", tabindex: "0"});
     this.box.replaceChildren(element("div", {class: "filters"}, element("h1", {class: "hidden"}, "Trials"), this.words, this.outcome, this.count), this.list);
   }
 
@@ -75,11 +75,17 @@ function matches(row, words, outcome) {
 function rowOf(row) {
   if (row.reading || row.broken) {
     const why = row.reading ? "being read …" : `cannot be read: ${row.broken}`;
-    return element("a", {class: "trial", role: "listitem", href: `#trials/${encodeURIComponent(row.name)}`},
+    return linkTo(row,
       element("span", {class: "faint"}, dayTime(row.started_ms)), element("span", {}, row.name), element("span", {class: "faint"}, ""), element("span", {class: "reason"}, why));
   }
   const [words, mood] = endWords(row.outcome), kind = mood === "good" ? "confirmed" : row.outcome === "CANCELLED" ? "declined" : "rejected";
-  return element("a", {class: "trial", role: "listitem", href: `#trials/${encodeURIComponent(row.name)}`},
+  return linkTo(row,
     element("span", {class: "faint"}, dayTime(row.started_ms)), element("span", {}, `“${row.sentence}”`),
     element("span", {class: "word", "data-status": kind}, `${mood === "good" ? "✓" : "✕"} ${words}`), element("span", {class: "reason"}, row.reason));
+}
+
+// The name is said once more: a browser does not lay out the rows that are out of sight, and reads nothing from them.
+function linkTo(row, ...cells) {
+  const name = cells.map((each) => each.textContent).filter(Boolean).join(", ");
+  return element("li", {}, element("a", {class: "trial", href: `#trials/${encodeURIComponent(row.name)}`, "aria-label": name}, ...cells));
 }

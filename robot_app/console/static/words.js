@@ -22,9 +22,9 @@ export function stateWords(mission) {
   }
   const [words, mood] = STATES[mission.state] || [mission.state, "go"];
   if (mission.held) return ["Held", "ask", mission.held];
-  if (mission.question) return ["Waiting for your yes", "ask", mission.question.sentence];
   const way = mission.state === "navigate" && mission.remaining_m !== null ? ` ${mission.remaining_m.toFixed(1)} m to go.` : "";
   const chosen = mission.candidates.find((each) => each.object_id === mission.chosen);
+  if (mission.question) return ["Waiting for your yes", "ask", `“${mission.sentence}”${chosen ? `: ${chosen.label}?` : ""}`];
   return [words, mood, `“${mission.sentence}”${chosen ? `: ${chosen.label}.` : ""}${way}`];
 }
 
