@@ -4,18 +4,24 @@ from __future__ import annotations
 
 import builtins
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from logs.trial.reader import TrialReader
 from logs.trial.records import GoalAnswer, Spoken
+from openbelief.memory import ObjectMemory
 from robot_app.cli import main
+from robot_app.text_encoders import text_encoder_by_id
 from robot_app.voice.audio import clip_of_wav, read_wav
 
 from .conftest import clip, silence
 
 QUESTION = "May I walk"
+SMALL = Path(__file__).parents[1] / "small_scene.json"
+HUMAN = Path("/usr/share/pocketsphinx/test/data")
+CARD = "seven of clubs"
 
 
 @pytest.fixture
@@ -52,6 +58,50 @@ def test_a_recording_becomes_a_confirmed_mission_whose_trial_replays_without_a_r
 
     monkeypatch.setattr(builtins, "__import__", without)
     assert main(["replay", str(trial.path)]) == 0
+
+
+def test_the_command_of_the_story_is_heard_and_confirmed(terminal, config, keyboard, screen, capsys, speech):
+    screen.reactions[QUESTION] = lambda: keyboard.type("yes")
+    said = speech / "take_me_to_the_fire_extinguisher.wav"
+    assert terminal(["ask", "--audio", str(said), "--config", str(config), "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert (report["outcome"], report["heard"]["transcript"]) == ("CONFIRMED", "Take me to the fire-extinguisher.")
+
+
+@pytest.fixture
+def site_with_a_card(config: Path) -> Path:
+    """The bucket of the small room is called what a person says in Debian's recordings of voices."""
+    before = config.parent / "site.belief"
+    encoder = text_encoder_by_id(ObjectMemory.open(before).text_encoder_id)
+    memory = ObjectMemory.open(before, text_encoder=encoder)
+    seen = [
+        replace(each, phrase=CARD if each.phrase == "bucket" else each.phrase)
+        for node in memory.objects
+        for each in node.observations
+    ]
+    ObjectMemory.build(seen, encoder, memory.parameters).save(config.parent / "card.belief")
+    scene = config.parent / "card.json"
+    scene.write_text(SMALL.read_text().replace('"bucket", "shape"', f'"{CARD}", "shape"'))
+    text = config.read_text().replace('"site.belief"', '"card.belief"').replace(str(SMALL), str(scene))
+    config.write_text(text)
+    return config
+
+
+@pytest.mark.skipif(not HUMAN.exists(), reason="people's voices: apt-get install pocketsphinx-testdata")
+def test_a_recording_of_a_person_becomes_a_confirmed_mission(terminal, site_with_a_card, keyboard, screen, capsys):
+    screen.reactions[QUESTION] = lambda: keyboard.type("yes")
+    said = HUMAN / "cards" / "003.wav"
+    assert terminal(["ask", "--audio", str(said), "--config", str(site_with_a_card), "--json"]) == 0, screen.lines
+    report = json.loads(capsys.readouterr().out)
+    assert (report["outcome"], report["heard"]["transcript"]) == ("CONFIRMED", "Seven of clubs.")
+
+
+@pytest.mark.skipif(not HUMAN.exists(), reason="people's voices: apt-get install pocketsphinx-testdata")
+def test_what_a_person_says_that_the_map_does_not_hold_drives_nowhere(terminal, config, screen, capsys):
+    said = HUMAN / "cards" / "001.wav"
+    assert terminal(["ask", "--audio", str(said), "--config", str(config), "--yes", "--json"]) == 1
+    report = json.loads(capsys.readouterr().out)
+    assert (report["heard"]["transcript"], report["reason"]) == ("Ten of clubs.", "not found"), screen.lines
 
 
 def test_a_person_at_the_terminal_may_correct_what_was_heard(terminal, config, keyboard, screen, capsys, speech):
