@@ -24,6 +24,7 @@ def open_remote(config: Config, operator: SharedOperator, missions: Missions) ->
         if "ros" not in missions.robot.wiring.wires:
             raise PortError('[remote] serve = "robot" needs a robot: say "here" for a simulated one.')
         with server.serving(missions.robot.wiring.wires["ros"].link, config.zenoh.namespace):
+            operator.tell(f"Commands over Zenoh are taken through the robot's router, {config.zenoh.endpoint}.")
             yield (server,)
     else:
         with (

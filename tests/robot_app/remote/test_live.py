@@ -17,7 +17,7 @@ from robot_app.remote.client import RemoteClient, RemoteOperator
 from robot_app.remote.service import link_config
 
 ARMCHAIR = "go to the armchair"
-SERVING = "Commands over Zenoh are taken at"
+SERVING = "Commands over Zenoh are taken"
 
 
 def beside(screen, keyboard, act: Callable[[], object]) -> list[object]:
