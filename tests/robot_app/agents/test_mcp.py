@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import builtins
-import sys
 import threading
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ import pytest
 from logs.trial.reader import TrialReader
 from robot_app.agents.server import agent_server
 from robot_app.cli import Failure, main
+from tests.robot_app.remote.test_live import command_of_the_page
 
 mcp = pytest.importorskip("mcp", reason="the extra `agent` is not installed (requirements/agent.txt)")
 ARMCHAIR = "go to the armchair"
@@ -22,8 +22,8 @@ SERVING = "Commands over Zenoh are taken at"
 
 def agent(config: Path) -> Any:
     """The SDK's client, over the standard streams of a process of its own."""
-    command = ["-m", "robot_app.cli", "mcp", "--config", str(config), "--agent", "helper"]
-    return mcp.Client(mcp.StdioServerParameters(command=sys.executable, args=command, cwd=Path.cwd()))
+    command, *arguments = ["helper" if word == "assistant" else word for word in command_of_the_page("mcp", config)]
+    return mcp.Client(mcp.StdioServerParameters(command=command, args=arguments, cwd=Path.cwd()))
 
 
 def value(result: Any) -> Any:

@@ -146,6 +146,37 @@ def test_an_unknown_recogniser_in_robot_toml_is_refused_before_the_robot_is_open
     assert f"there is no folder {config.parent / 'models/de'}" in screen.lines[-1]
 
 
+REFUSED = {
+    "a recogniser that there is not": (('"moonshine"', '"nonsense"'), None, "no recogniser 'nonsense'"),
+    "a language that the model does not know": (('language = "en"', 'language = "de"'), None, "English alone"),
+    "the extra is not installed": (("", ""), "moonshine_voice", "requirements/voice.txt"),
+}
+
+
+@pytest.mark.parametrize(("change", "missing", "because"), REFUSED.values(), ids=REFUSED)
+def test_what_cannot_listen_is_refused_in_one_line_and_nothing_is_recorded(
+    terminal, config, screen, speech, monkeypatch, change, missing, because
+):
+    config.write_text(config.read_text().replace(*change))
+    before = sorted(config.parent.glob("*.mcap"))
+    whole = builtins.__import__
+
+    def without(name, *arguments, **options):
+        if name.split(".")[0] == missing:
+            raise ImportError(name)
+        return whole(name, *arguments, **options)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    assert terminal(["ask", "--audio", str(speech / "yes.wav"), "--config", str(config), "--yes"]) == 1
+    assert because in screen.lines[-1] and sorted(config.parent.glob("*.mcap")) == before
+
+
+def test_a_recording_that_is_too_long_is_refused(terminal, config, screen, tmp_path):
+    (tmp_path / "long.wav").write_bytes(clip(silence(31.0)).wav())
+    assert terminal(["ask", "--audio", str(tmp_path / "long.wav"), "--config", str(config), "--yes"]) == 1
+    assert "30 s is the limit" in screen.lines[-1]
+
+
 @pytest.mark.parametrize("words", [[], ["go to the armchair", "--audio", "said.wav"]])
 def test_a_sentence_and_a_recording_are_one_or_the_other(terminal, config, words):
     with pytest.raises(SystemExit, match="2"):
