@@ -17,6 +17,7 @@ from zenoh import ext
 from zenoh.handlers import Callback
 
 from drivers.ports import LinkLost, PortError
+from drivers.repeats import Repeats
 from drivers.topics import MAX_BYTES
 from openbelief.lifetime import Lifetime
 
@@ -81,6 +82,7 @@ class ZenohLink(Lifetime):
         self._session: zenoh.Session | None = None
         self._declared: list[Any] = []
         self._failure: Exception | None = None
+        self._repeats = Repeats()
         self._lock = threading.Lock()
 
     def start(self) -> None:
@@ -202,7 +204,8 @@ class ZenohLink(Lifetime):
             try:
                 callback(event)
             except Exception as error:  # kept, and raised again by check()
-                logger.exception("a Zenoh callback failed")
+                if count := self._repeats.due(type(error).__name__):
+                    logger.exception("a Zenoh callback failed (%d times so far)", count)
                 with self._lock:
                     self._failure = self._failure or error
 

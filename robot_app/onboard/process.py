@@ -7,6 +7,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 
 from drivers.ports import LinkLost, PortError
+from drivers.repeats import Repeats
 from drivers.ros.bridge_keys import BridgeKeys
 from drivers.ros.zenoh_link import LinkConfig, ZenohLink
 from drivers.watchdog.guard import WatchdogGuard
@@ -41,8 +42,9 @@ def run_onboard(config: Config, stop: threading.Event, tell: Callable[[str], Non
         for name, open_sensor in sensors(config, link):
             _begin(name, open_sensor, stop, opened)
         opened.callback(stop.set)
+        repeats = Repeats()
         while not stop.wait(WATCH_S):
-            _step(guard)
+            _step(guard, repeats)
 
 
 def _begin(name: str, open_sensor: OpenSensor, stop: threading.Event, opened: ExitStack) -> None:
@@ -66,11 +68,12 @@ def _connected(
     return None
 
 
-def _step(guard: WatchdogGuard) -> None:
+def _step(guard: WatchdogGuard, repeats: Repeats) -> None:
     """A message that a handler failed on is logged: the watchdog watches on. A closed session ends the process."""
     try:
         guard.step()
     except LinkLost:
         raise
     except PortError as error:
-        logger().error("watchdog_handler", reason=str(error))
+        if count := repeats.due(str(error)):
+            logger().error("watchdog_handler", reason=str(error), times=count)

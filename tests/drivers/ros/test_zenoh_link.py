@@ -44,6 +44,24 @@ def test_what_a_callback_raises_is_raised_again_once(ends, eventually):
     assert "ZeroDivisionError: of ours" in str(raised[0])
 
 
+def test_a_handler_that_fails_again_and_again_is_counted_not_logged_each_time(ends, eventually, caplog):
+    link, bridge = ends
+    heard = []
+
+    def fail(payload: bytes) -> None:
+        heard.append(payload)
+        raise ValueError("every time")
+
+    link.subscribe("numbers", fail)
+    eventually(lambda: heard, again=lambda: bridge.put("numbers", b"0"))
+    already = len(heard)
+    for _ in range(1000 - already):
+        bridge.put("numbers", b"0")
+    eventually(lambda: len(heard) >= 1000)
+    lines = [record.getMessage() for record in caplog.records if "a Zenoh callback failed" in record.getMessage()]
+    assert len(lines) == 10 and "(512 times so far)" in lines[-1]
+
+
 def test_a_handler_that_fails_does_not_end_the_subscription(ends, eventually):
     link, bridge = ends
     heard = []
