@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import logging
 import queue
 import subprocess
@@ -16,10 +15,12 @@ from drivers.dds.raw import DdsUnavailable
 from drivers.repeats import Repeats
 from drivers.topics import NAVIGATE_TO_POSE
 from drivers.watchdog.hands import Acknowledgement
+from openbelief.documents import from_json
 
 logger = logging.getLogger(__name__)
 HELPER = Path(__file__).with_name("ros_helper.py")
 CLOSE_S = 2.0
+LINE_BYTES_MAX = 1000
 
 
 def helper_command(setup: str) -> list[str]:
@@ -85,7 +86,7 @@ class RosHelperHand:
         assert self._process.stdout is not None
         for line in self._process.stdout:
             try:
-                said = json.loads(line)
+                said = from_json(line, max_bytes=LINE_BYTES_MAX)
                 if "trip" in said:
                     self._heard.put(Acknowledgement(int(said["trip"]), int(said["code"])))
                 else:

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from drivers.ports import Approval
+from logs.structured import neutralise
 from robot_app.console.accounts import Role
 from robot_app.console.snapshots import Snapshots
 from robot_app.console.talk import Talk
@@ -98,7 +99,7 @@ class Commands:
         try:
             message = MESSAGES.validate_json(text)
         except ValidationError as error:
-            return _refusal(0, f"That was no command: {error.errors()[0]['msg']}.")
+            return _refusal(0, f"That was no command: {neutralise(error.errors()[0]['msg'])}.")
         if isinstance(message, BeatCommand):
             self._beat(page, message)
             return None

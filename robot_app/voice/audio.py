@@ -63,7 +63,7 @@ def clip_of_wav(data: bytes, name: str = "The sound") -> AudioClip:
         with wave.open(io.BytesIO(data)) as file:
             width, channels, rate_hz = file.getsampwidth(), file.getnchannels(), file.getframerate()
             frames = file.readframes(file.getnframes())
-    except (wave.Error, EOFError) as error:
+    except (wave.Error, EOFError, RuntimeError) as error:  # the last where a part claims more than there is
         raise AudioError(f"{name} is no PCM WAV file ({str(error) or 'it ends early'}): {CONVERT}") from error
     if width not in FULL_SCALE or not 1 <= channels <= 8:
         raise AudioError(f"{name} has {channels} channels of {8 * width} bit: {CONVERT}")

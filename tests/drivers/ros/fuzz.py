@@ -46,9 +46,12 @@ from drivers.ros.messages import Message, decode, encode, make
 from drivers.ros.transform_tree import TransformTree
 from drivers.watchdog.latch import WatchdogState
 from drivers.watchdog.wire import HeartbeatMessage, WatchdogStatus, packed, unpacked
+from openbelief.documents import from_json
 from openbelief.g1 import COLOR_INTRINSICS
 from openbelief.pose import Pose2
 from openbelief.traversability import OccupancyGrid
+from robot_app.remote.messages import RemoteReply
+from robot_app.voice.audio import AudioClip, clip_of_pcm16, clip_of_wav
 
 MEMORY_BYTES = 3 << 30
 WORDS = [0, 1, 2, 7, 255, 0x7FFF, 0xFFFF, 0x7FFFFFF0, 0x7FFFFFFF, 0x80000000, 0xFFFFFFF0, 0xFFFFFFFF]
@@ -111,6 +114,11 @@ def cases() -> Iterator[tuple[str, Case]]:
     yield "livox control", (frame, lambda data: control_wire.parse_values(control_wire.decode(data).data))
     yield "livox values", (bytes(64), control_wire.parse_values)
     yield "livox health", (bytes(32), hms.parse_health)
+    spoken = AudioClip(np.sin(np.arange(1600, dtype=np.float32)))
+    yield "wav", (spoken.wav(), clip_of_wav)
+    yield "pcm", (spoken.pcm16(), clip_of_pcm16)
+    yield "json", (b'{"a": [1, {"b": null}], "c": "text"}', from_json)
+    yield "remote reply", (b'{"ok": true, "order": 7, "refused": ""}', RemoteReply.model_validate_json)
     yield "livox packet", (bytes(36 + 96 * 14), lambda data: wire.decode_points([wire.decode_packet(data)]))
 
 

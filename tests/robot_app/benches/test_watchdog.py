@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import signal
+from contextlib import ExitStack
+
 import pytest
 
 from drivers.dds.raw import dds_installed
+from drivers.watchdog.latch import BRIDGE_GONE
+from robot_app.benches.programs import Program, until
 from robot_app.benches.watchdog import LOSSES, watched_robot
 
 
@@ -15,3 +20,21 @@ def test_a_lost_workstation_is_cancelled_at_nav2_by_a_process_of_its_own(loss):
     with watched_robot() as bench:
         result = bench.measure(loss, 1)
     assert 0.0 < result["worst_s"] < 2.0  # on a machine that does nothing else: 0.75
+
+
+@pytest.mark.skipif(not dds_installed(), reason="cyclonedds has no wheel for this machine")
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
+def test_a_bridge_that_is_started_again_at_once_in_mid_drive_stops_the_robot_too(number):
+    """As systemd does it: the goal of before is one that nobody could have stopped."""
+    with watched_robot() as bench, ExitStack() as opened:
+        bench.dds.type("drive")
+        bench.dds.expect("driving")
+        Program(opened, "sim_fakes.wire.workstation_process", bench.wire.endpoint).expect("driving")
+        until("a watchdog that watches", lambda: bench._state() == "armed")
+        bench.nav2.signal(number)
+        bench.nav2.wait()
+        bench._mend()
+        assert bench.dds.expect("cancel_ns")["all"]
+        until("a latch", lambda: bench._state() == "latched")
+        assert bench._view.status.reason == BRIDGE_GONE
+        until("a reset", lambda: bench._view.reset().ok)
