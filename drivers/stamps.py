@@ -18,16 +18,19 @@ def is_news(stamp_ns: int, newest_ns: int) -> bool:
     return stamp_ns > newest_ns or set_back(stamp_ns, newest_ns)
 
 
-def require_fresh(what: str, stamp_ns: int, now_ns: int, max_age_s: float, trouble: str = "") -> None:
+OTHERS_CLOCK = "synchronise the clocks (chrony); if they were just now, begin this program anew."
+OWN_CLOCK = "did the system clock jump?"
+
+
+def require_fresh(
+    what: str, stamp_ns: int, now_ns: int, max_age_s: float, trouble: str = "", *, ahead: str = OTHERS_CLOCK
+) -> None:
     """Raises StaleData where the stamp is older than `max_age_s`, or in the future: then nobody knows how old it is.
 
-    From ANY_AGE_S on, age is not asked for, and a stamp in the future is no reason either.
+    From ANY_AGE_S on, age is not asked for, and a stamp in the future is no reason either. ahead: what to do then.
     """
     age_s = (now_ns - stamp_ns) / 1e9
     if age_s > max_age_s:
         raise StaleData(f"{what}: the newest is {age_s:.2f} s old, more than {max_age_s:g} s.{trouble}")
     if age_s < -AHEAD_S and max_age_s < ANY_AGE_S:
-        raise StaleData(
-            f"{what}: its stamp is {-age_s:.2f} s ahead of our clock: synchronise the clocks (chrony); "
-            "if they were just now, begin this program anew."
-        )
+        raise StaleData(f"{what}: its stamp is {-age_s:.2f} s ahead of our clock: {ahead}")

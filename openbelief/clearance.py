@@ -6,6 +6,7 @@ import numpy as np
 
 from openbelief.arrays import Array
 from openbelief.occupancy import OBSTACLE_MAX_M, OBSTACLE_MIN_M
+from openbelief.polyline import resampled
 from openbelief.pose import Pose2
 from openbelief.traversability import OccupancyGrid
 from openbelief.walkable import Walkable
@@ -44,19 +45,12 @@ def way_blocked(obstacles: Array, way: Array) -> str | None:
     """A sentence where something stands on the way, (n, 2) points along its middle, joined by straight lines."""
     if not len(way) or not len(obstacles):
         return None
-    after, middle = _resampled(np.asarray(way, np.float64))
+    after, middle = resampled(np.asarray(way, np.float64), WAY_STEP_M)
     near = np.linalg.norm(obstacles[:, None] - middle[None], axis=2) < WAY_M
     if near.any(axis=1).sum() < MIN_POINTS:
         return None
     after_m = after[np.flatnonzero(near.any(axis=0))[0]]
     return f"Something that the map does not know stands on the way, {after_m:.1f} m from here."
-
-
-def _resampled(way: Array) -> tuple[Array, Array]:
-    """(m,) metres along the way and (m, 2) its points, at most WAY_STEP_M apart, both ends included."""
-    along = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(way, axis=0), axis=1))))
-    after = np.linspace(0.0, along[-1], max(int(np.ceil(along[-1] / WAY_STEP_M)), 1) + 1)
-    return after, np.column_stack([np.interp(after, along, way[:, axis]) for axis in (0, 1)])
 
 
 def crowded(obstacles: Array, robot: Pose2) -> str | None:

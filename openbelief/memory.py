@@ -37,7 +37,7 @@ from openbelief.request.encoded import EncodedRequest
 from openbelief.retrieval import Candidate, NodeScores, RetrievalQuery, check_readout
 from openbelief.rooms import Room
 from openbelief.surroundings import Surroundings
-from openbelief.target_phrase import target_phrase
+from openbelief.target_phrase import TargetPhrase, target_phrase
 
 ACQUISITION_PARAMETERS = (
     "voxel_m",
@@ -290,7 +290,7 @@ class ObjectMemory:
         """Why `retrieve` gives None, in the operator's words; None where it gives a candidate."""
         if not len(self.table):
             return "the memory holds no objects"
-        ids = set(np.flatnonzero(self._asked(query)).tolist())
+        ids = set(np.flatnonzero(self._nodes_of(query)).tolist())
         if not ids:
             return "the memory holds nothing but background (walls, floors)"
         if ids <= set(exclude):
@@ -339,19 +339,22 @@ class ObjectMemory:
     def _ask(self, query: str | EncodedRequest | Array) -> tuple[Array, Array]:
         """(d,) float64 unit query, and (N,) bool: the nodes that it ranks."""
         if isinstance(query, EncodedRequest):
-            vector = query.f_q[None]
-        elif isinstance(query, str):
-            vector = self._encoded([target_phrase(query).text])
-        else:
-            vector = unit_rows([_vector(query)], self.text_dim, "The query vector")
-        return vector[0], self._asked(query)
+            return query.f_q, self._ranked_for(query.request)
+        if isinstance(query, str):
+            phrase = target_phrase(query)
+            return self._encoded([phrase.text])[0], self._ranked_for(phrase)
+        return unit_rows([_vector(query)], self.text_dim, "The query vector")[0], np.ones(len(self.table), bool)
 
-    def _asked(self, query: str | EncodedRequest | Array) -> Array:
-        """(N,) bool: all for a vector, the foreground for a sentence that does not name background."""
-        sentence = query.request.sentence if isinstance(query, EncodedRequest) else query
-        if not isinstance(sentence, str) or is_background(target_phrase(sentence).thing):
-            return np.ones(len(self.table), bool)
-        return ~self.table.background
+    def _nodes_of(self, query: str | EncodedRequest | Array) -> Array:
+        """(N,) bool, without the vector: the nodes that it ranks."""
+        if isinstance(query, EncodedRequest):
+            return self._ranked_for(query.request)
+        return self._ranked_for(target_phrase(query)) if isinstance(query, str) else np.ones(len(self.table), bool)
+
+    def _ranked_for(self, phrase: Request | TargetPhrase) -> Array:
+        """(N,) bool: the foreground, and the background where it is asked for by name."""
+        thing = TargetPhrase(phrase.text).thing
+        return np.ones(len(self.table), bool) if is_background(thing) else ~self.table.background
 
     def _encoded(self, texts: Sequence[str]) -> Array:
         """(n, d) float64 unit rows."""

@@ -126,11 +126,6 @@ def path(grid: OccupancyGrid, start: Array, goal: Array) -> Array:
     return np.concatenate((np.asarray(start, np.float64)[None, :2], way[1:-1], np.asarray(goal, np.float64)[None, :2]))
 
 
-def path_length(points: Array) -> float:
-    """Metres along (n, 2) points."""
-    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
-
-
 def obstructed_m(grid: OccupancyGrid, eyes_xy: Array, eye_m: float, points: Array) -> Array:
     """(m,) metres of obstacle in the line of sight from eyes (m, 2), `eye_m` above the floor, to the points' centroid.
 

@@ -17,6 +17,7 @@ from drivers.livox.keys import Key
 from drivers.livox.settings import LivoxPorts, LivoxSettings
 from drivers.livox.takeover import LivoxControl, redirect
 from drivers.ports import Clock, LinkLost, PortError, StaleData
+from drivers.stamps import OWN_CLOCK, require_fresh
 from openbelief.lifetime import Lifetime
 
 RECEIVE_BUFFER = 8 * 1024 * 1024  # asked for; Linux grants twice net.core.rmem_max at most
@@ -102,9 +103,7 @@ class LivoxLidar(Lifetime):
             raise StaleData(
                 f"No lidar cloud yet from {self._settings.lidar_ip}: check that the lidar runs and sends to this host."
             )
-        age_s = (self._clock.now_ns() - cloud.end_ns) / 1e9
-        if age_s > max_age_s:
-            raise StaleData(f"The newest lidar cloud is {age_s:.2f} s old, {max_age_s:.2f} s are allowed.")
+        require_fresh("The lidar", cloud.end_ns, self._clock.now_ns(), max_age_s, ahead=OWN_CLOCK)
         return cloud
 
     def take_clouds(self) -> list[LivoxCloud]:

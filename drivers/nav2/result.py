@@ -9,7 +9,7 @@ from drivers.ros.action import ABORTED, CANCELED, SUCCEEDED
 from drivers.ros.convert import path_of
 from drivers.ros.messages import Message, WireError
 from openbelief.arrays import Array
-from openbelief.traversability import path_length
+from openbelief.polyline import arc_length, at_distances, path_length, resampled
 
 REJECTED = NavigationResult(NavigationStatus.REJECTED, "Nav2 rejected the goal: is bt_navigator active?")
 ERROR_WORDS = {
@@ -107,21 +107,14 @@ def path_plan(response: Message) -> PathPlan:
 
 def _thinned(points: Array) -> tuple[tuple[float, float], ...]:
     """The path by a point each SHOWN_EVERY_M, both ends included."""
-    along = _along(points)
-    at = np.linspace(0.0, along[-1], max(2, int(np.ceil(along[-1] / SHOWN_EVERY_M)) + 1))
-    shown = np.column_stack([np.interp(at, along, points[:, axis]) for axis in (0, 1)])
+    _, shown = resampled(points, SHOWN_EVERY_M)
     return tuple((float(x), float(y)) for x, y in shown)
-
-
-def _along(points: Array) -> Array:
-    """(n,) metres from the path's start to each point."""
-    return np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))))
 
 
 def _first(points: Array) -> tuple[tuple[float, float], ...]:
     """The points of the first WAY_M metres, and where these end."""
-    along = _along(points)
+    along = arc_length(points)
     first = points[along <= WAY_M]
     if len(first) < len(points):
-        first = np.vstack((first, [np.interp(WAY_M, along, points[:, axis]) for axis in (0, 1)]))
+        first = np.vstack((first, at_distances(points, along, WAY_M)))
     return tuple((float(x), float(y)) for x, y in first)

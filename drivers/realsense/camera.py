@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from drivers.ports import ANY_AGE_S, Clock, LinkLost, PortError, StaleData
+from drivers.ports import Clock, LinkLost, PortError, StaleData
 from drivers.realsense.depth import ColorDepth
 from drivers.realsense.imu import ImuPairing
 from drivers.realsense.messages import (
@@ -33,7 +33,7 @@ from drivers.realsense.process import OpenDevice, Slots, attached, camera_proces
 from drivers.realsense.restarts import ProcessPhase, RestartLimits, RestartPolicy
 from drivers.realsense.supervisor import ProcessSupervisor
 from drivers.realsense.time import DeviceTime, WallTime
-from drivers.stamps import AHEAD_S
+from drivers.stamps import OWN_CLOCK, require_fresh
 from openbelief.lifetime import Lifetime
 
 KEPT_FRAMES = 30  # one second
@@ -117,13 +117,8 @@ class RealSenseCamera(Lifetime):
         frame = self._newest
         if frame is None:
             raise StaleData(f"No camera image yet.{self._trouble()}")
-        age_s = (self._clock.now_ns() - frame.stamp_ns) / 1e9
-        if age_s > max_age_s:
-            raise StaleData(
-                f"The newest camera image is {age_s:.2f} s old, {max_age_s:.2f} s are allowed.{self._trouble()}"
-            )
-        if age_s < -AHEAD_S and max_age_s < ANY_AGE_S:  # librealsense takes seconds to follow a step
-            raise StaleData(f"The newest camera image is {-age_s:.2f} s ahead of our clock: did the system clock jump?")
+        trouble, now_ns = self._trouble(), self._clock.now_ns()  # librealsense takes seconds to follow a clock's step
+        require_fresh("The camera", frame.stamp_ns, now_ns, max_age_s, trouble, ahead=OWN_CLOCK)
         return frame
 
     def take_frames(self) -> list[RealSenseFrame]:

@@ -16,8 +16,9 @@ from drivers.ros.messages import Message, WireError, codec
 from drivers.topics import COMPUTE_PATH_TO_POSE, IS_ACTIVE, NAVIGATE_TO_POSE, Action
 from openbelief.arrays import Array
 from openbelief.g1 import BODY_RADIUS_M
+from openbelief.polyline import path_length
 from openbelief.pose import Pose2
-from openbelief.traversability import NoPath, OccupancyGrid, path, path_length
+from openbelief.traversability import NoPath, OccupancyGrid, path
 from sim_fakes.wire.faults import GARBAGE, Nav2Faults
 from sim_fakes.wire.nav2_messages import NAVIGATE, PLAN, Nav2Messages, ServedGoal, usable_pose
 from sim_fakes.wire.sim_bridge import PendingQuery, SimBridge

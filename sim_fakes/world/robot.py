@@ -12,6 +12,7 @@ import numpy as np
 from drivers.clock import SimClock
 from openbelief.arrays import Array
 from openbelief.g1 import BODY_RADIUS_M, COLOR_INTRINSICS, T_BASE_CAMERA, T_BASE_LIDAR
+from openbelief.polyline import arc_length, at_distances
 from openbelief.pose import Pose2, wrap_angle
 from openbelief.traversability import OCCUPIED, OccupancyGrid
 
@@ -189,15 +190,14 @@ class Route:
     """A polyline being walked, and how far along it the robot is (so that a path may cross itself)."""
 
     def __init__(self, path_xy: Array, final_yaw: float) -> None:
-        steps = np.linalg.norm(np.diff(path_xy, axis=0), axis=1)
-        self._points = path_xy[np.concatenate(([True], steps > 1e-6))]
-        self._travelled = np.concatenate(([0.0], np.cumsum(steps[steps > 1e-6])))
+        self._points = path_xy[np.diff(arc_length(path_xy), prepend=-1.0) > 1e-6]
+        self._travelled = arc_length(self._points)
         self._along = 0.0
         self.final_yaw = final_yaw
 
     def at(self, along_m: Array | float) -> Array:
         """(..., 2) the points that far along, clamped to the end."""
-        return np.stack([np.interp(along_m, self._travelled, self._points[:, i]) for i in (0, 1)], axis=-1)
+        return at_distances(self._points, self._travelled, along_m)
 
     def advance(self, xy: Array) -> tuple[Array, float]:
         """The point to walk towards from `xy`, and the metres left."""

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import dataclasses
+import sys
+
 import numpy as np
 import pytest
 
 from behaviors.events import End
+from behaviors.mission import Mission
 from drivers.ports import Approval, NavigationResult, NavigationStatus, PoseUnavailable, Reply
 from logs.trial import records
+from openbelief.perception.sentence import SentenceEncoder
+from openbelief.target_phrase import target_phrase
 
 ABORTED = NavigationResult(NavigationStatus.ABORTED, "no valid path", 208)
 SENTENCE = "take me to the fire extinguisher"
@@ -38,6 +44,30 @@ def test_an_impostor_is_rejected_and_the_next_candidate_confirmed(stage, imposto
     assert (outcome.end, outcome.visits, outcome.object_id, outcome.rejected) == (End.CONFIRMED, 2, 1, (0,))
     assert [c.verdict for c in s.of(records.Checks)] == ["no matching mask", "confirmed"]
     assert any("not confirmed" in sentence for sentence in s.told)
+
+
+@pytest.mark.parametrize("readout", ["consensus", "grounded"])
+def test_a_sentence_is_parsed_once_and_each_word_encoded_once(stage, make, impostor, readout, monkeypatch):
+    """Through two rankings and two arrivals; the words of their masks are others, and are encoded too."""
+    s = stage([impostor, make.box(5.0, 2.0, "fire extinguisher", "red fire extinguisher")])
+    s.policy = dataclasses.replace(s.policy, readout=readout)
+    encoded, parsed = [], []
+
+    class CountingEncoder(SentenceEncoder):
+        def encode(self, texts):
+            encoded.extend(texts)
+            return super().encode(texts)
+
+    def counted(sentence):
+        parsed.append(sentence)
+        return target_phrase(sentence)
+
+    for module in (sys.modules["openbelief.memory"], sys.modules["openbelief.request.parse"]):
+        monkeypatch.setattr(module, "target_phrase", counted)
+    s.memory = dataclasses.replace(s.memory, text_encoder=CountingEncoder())
+    assert Mission(s.ports, s.memory, s.parameters, s.policy, s.journal).run(SENTENCE).visits == 2
+    assert parsed == [SENTENCE]
+    assert encoded.count("fire extinguisher") == 1 and len(encoded) == len(set(encoded))
 
 
 def test_a_rejected_candidate_never_comes_back(stage, impostor, extinguisher):

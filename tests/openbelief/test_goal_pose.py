@@ -9,8 +9,9 @@ from openbelief import goal_pose
 from openbelief.g1 import COLOR_INTRINSICS, T_BASE_CAMERA
 from openbelief.goal_pose import SPREAD_M, GoalSearch, goal_poses
 from openbelief.parameters import Parameters
+from openbelief.polyline import path_length
 from openbelief.pose import Pose2
-from openbelief.traversability import OCCUPIED, UNKNOWN, OccupancyGrid, path, path_length
+from openbelief.traversability import OCCUPIED, UNKNOWN, OccupancyGrid, path
 
 PARAMETERS = Parameters()
 ROBOT = Pose2(1.0, 1.0, 0.0)

@@ -7,6 +7,7 @@ import time
 import numpy as np
 import pytest
 
+from openbelief.polyline import path_length
 from openbelief.traversability import (
     FREE,
     INSCRIBED,
@@ -15,7 +16,6 @@ from openbelief.traversability import (
     NoPath,
     OccupancyGrid,
     path,
-    path_length,
     reach,
 )
 
