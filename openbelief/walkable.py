@@ -8,7 +8,7 @@ import numpy as np
 from openbelief.arrays import Array
 from openbelief.traversability import INSCRIBED, OCCUPIED, UNKNOWN, OccupancyGrid
 
-TILE = 128  # cells
+TILE = 256  # cells
 FREE, BLOCKED = 1, 2  # 0: not worked out yet
 
 
@@ -30,19 +30,31 @@ class Walkable:
         """(...) bool."""
         state = self._state[flat]
         if not state.all():
-            self._work_out(flat[state == 0])
+            self._work_out(np.stack(np.divmod(flat[state == 0], self.shape[1]), axis=1))
             state = self._state[flat]
         return state == FREE
+
+    def window(self, low: Array, high: Array) -> Array:
+        """(h, w) bool from the grid's cell `low`, row and column, to before `high`; off the grid nothing is free."""
+        size = np.asarray(high) - low
+        first = np.maximum(np.asarray(low) + 1, 0)
+        last = np.maximum(np.minimum(np.asarray(high) + 1, self.shape), first)
+        tiles = [np.arange(a // TILE, -(-b // TILE)) for a, b in zip(first.tolist(), last.tolist(), strict=True)]
+        corners = np.stack(np.meshgrid(*tiles, indexing="ij"), axis=-1).reshape(-1, 2) * TILE
+        self._work_out(corners[self._state[corners @ [self.shape[1], 1]] == 0])
+        out = np.zeros(size, bool)
+        inside = tuple(slice(a, b) for a, b in zip(first - low - 1, last - low - 1, strict=True))
+        out[inside] = self._state.reshape(self.shape)[first[0] : last[0], first[1] : last[1]] == FREE
+        return out
 
     def open(self, flat: Array) -> None:
         """Cells that the robot may walk all the same: its way out of a margin that it stands in."""
         self.free(flat)
         self._state[flat] = FREE
 
-    def _work_out(self, flat: Array) -> None:
-        rows, columns = np.divmod(flat, self.shape[1])
-        for row, column in np.unique(np.stack((rows // TILE, columns // TILE), axis=1), axis=0).tolist():
-            top, left = row * TILE, column * TILE
+    def _work_out(self, cells: Array) -> None:
+        """All of the tiles that hold (k, 2) cells."""
+        for top, left in (np.unique(cells // TILE, axis=0) * TILE).tolist():
             tile = self._state.reshape(self.shape)[top : top + TILE, left : left + TILE]
             tile[:] = np.where(self._free_in(top - 1, left - 1, tile.shape), FREE, BLOCKED)
 

@@ -5,134 +5,90 @@ from __future__ import annotations
 import numpy as np
 
 from openbelief.arrays import Array
+from openbelief.floor_parts import SIDE, FloorParts
+from openbelief.lattice import Lattice, octile
 from openbelief.walkable import Walkable
 
-STRAIGHT = [(0, 1), (1, 0), (0, -1), (-1, 0)]
-DIAGONAL = [(1, 1), (1, -1), (-1, -1), (-1, 1)]  # number i lies between the straight ones i and i + 1
-STEPS = np.array(STRAIGHT + DIAGONAL)
-LENGTHS = np.hypot(STEPS[:, 0], STEPS[:, 1])[:, None]
-NOWHERE = np.nextafter(0, 1)  # the start's own length: adding a step to it gives the step, and 0 stays "not known"
-DETOUR, DETOUR_CELLS = 1.25, 80  # the first guess of how long ways are: so many times the direct one, and so much more
-GROWTH = 2  # of the guess, where it was too short
-EACH = 8  # cells of length: then what leads nowhere is left out, and whether all is found is looked at
-LEAST_FLOOD = 20_000  # cells
+STRIDES = 4, 2, 1  # of the lattices that say about how far it is, the next where places are too narrow for the last
+DETOUR, DETOUR_CELLS = 1.15, 120  # looked at first: ways so many times as long as the direct one, and so much more
+TILE_WAY = 1.25 * SIDE  # cells of way for each tile that a walk straight there led over
+GROWTH = 1.5  # of how far is looked, where that was not far enough
+AROUND = 24  # cells around the start and the targets where every cell is walked, to where a lattice begins
+ASIDE = 2 * (np.sqrt(2) - 1)  # cells longer is a way, at least, for each that it leads aside
+EXACT = 2400  # cells: longer ways are as long as along a lattice
 
 
 def ways(walkable: Walkable, start: Array, targets: Array) -> Array:
     """(m,) float64 lengths, in cells, of the shortest ways from a cell (2,) to cells (m, 2); inf where there is none.
 
-    8-connected over free cells, no corner cut. The search grows with the ways, not with the site: what cannot be
-    reached ends it as soon as the floor around that, or around the start, has been walked to its ends.
+    8-connected over free cells, no corner cut. Where none is longer than EXACT they are the shortest to the bit; else
+    they are ways too, about 1 % longer than the shortest that leads over four cells' width of such floor: one that
+    squeezes through less is taken where no other leads there. The search grows with the ways, not with the site; that
+    there is no way is known when the floor around the targets, or the start, has been walked to its ends.
     """
-    search = _Search(walkable, start, targets)
-    bound = DETOUR * float(octile(targets - start).min()) + DETOUR_CELLS
-    while True:
-        lengths = search.within(bound)
-        beyond = ~(lengths <= bound)
-        if search.cut and beyond.any():
-            beyond[beyond] = ~search.shut_in(targets[beyond])
-        if not (search.cut and beyond.any()):
-            return lengths
-        bound *= GROWTH
-
-
-def octile(steps: Array) -> Array:
-    """(...) lengths of the shortest ways over open floor by (..., 2) rows and columns."""
-    across = np.abs(steps)
-    short = across.min(axis=-1)
-    length: Array = across.max(axis=-1) + (np.sqrt(2) - 1) * short
-    return length
+    about = _Search(walkable, start, targets).directly()
+    missing, tiles = np.isinf(about), np.zeros(len(targets))
+    if missing.any():
+        tiles[missing] = FloorParts(walkable).tiles_between(start, targets[missing])
+        missing &= np.isfinite(tiles)
+    if missing.any():
+        about[missing] = _Search(walkable, start, targets[missing]).to_the_end(TILE_WAY * float(tiles[missing].max()))
+    found = np.isfinite(about)
+    if found.any() and about[found].max() <= EXACT:
+        about[found] = _Search(walkable, start, targets[found]).exactly(float(about[found].max()))
+    return about
 
 
 class _Search:
-    """Dijkstra's algorithm by whole cells: no step is shorter, so lengths in [k, k + 1) follow from those below k."""
+    """Ways from a start to the box around targets."""
 
     def __init__(self, walkable: Walkable, start: Array, targets: Array) -> None:
-        self._walkable, self._width = walkable, walkable.shape[1]
-        self._start, self._targets = walkable.flat(start[None]), walkable.flat(targets)
-        self._low, self._high = targets.min(axis=0) + 1, targets.max(axis=0) + 1
-        self._steps = (STEPS @ [self._width, 1])[:, None]
-        self._lengths = np.zeros(0)
-        self.cut = False
+        self._walkable, self._start, self._targets = walkable, start, targets
+        self._low, self._high = targets.min(axis=0), targets.max(axis=0) + 1
+        self._away = float(octile(np.maximum(np.maximum(self._low - start, start - self._high), 0)))
 
-    def within(self, bound: float) -> Array:
-        """(m,) lengths to the targets, inf where none was found; those up to `bound` are the shortest.
+    def directly(self) -> Array:
+        """(m,) lengths along the coarsest lattice, inf where the ways are much longer than over open floor, or none."""
+        return self._along(DETOUR * self._away + DETOUR_CELLS, STRIDES[0])
 
-        cut: tells then whether anything was left out for being on no way to them so short.
-        """
-        self._lengths = np.zeros(self._walkable.cells)
-        self._lengths[self._start] = NOWHERE
-        number = np.zeros(self._walkable.cells, np.int32)
-        number[self._start] = 1
-        front, waiting, below, self.cut = self._start, self._start[:0], 1, False
-        while len(front) or len(waiting):
-            if below % EACH < 2:  # no step is as long as two
-                if self._lengths[self._targets].all():
-                    break
-                front = self._worthwhile(front, bound)
-            beside, passable = self._beside(front)
-            waiting = np.concatenate((waiting, _first_seen(beside[passable], number)))
-            below += 1
-            lengths = self._shortest(waiting)
-            settled = lengths < below
-            front, waiting = waiting[settled], waiting[~settled]
-            self._lengths[front] = lengths[settled]
-        found = self._lengths[self._targets]
-        return np.where(found == 0, np.inf, np.where(found == NOWHERE, 0, found))
+    def to_the_end(self, guess: float) -> Array:
+        """(m,) lengths along lattices, where ways lead to all; finer ones look as much less far as they cost more."""
+        about, bound = np.full(len(self._targets), np.inf), guess
+        while True:
+            for stride in STRIDES:
+                reach = bound * stride / STRIDES[0]
+                if reach >= self._away:
+                    about = np.minimum(about, self._along(reach, stride))
+                if np.isfinite(about).all():
+                    return about
+            bound *= GROWTH
 
-    def shut_in(self, targets: Array) -> Array:
-        """(m,) bool: targets (m, 2) that no way leads to: the free floor around them has been walked to its ends."""
-        left, shut = self._walkable.flat(targets), np.zeros(len(targets), bool)
-        budget = max(LEAST_FLOOD, int(np.count_nonzero(self._lengths)))
-        places = np.arange(len(left))
-        while len(places):
-            flooded, closed = self._flooded(left[places[:1]], budget)
-            same = flooded[left[places]]
-            shut[places[same]] = closed
-            places = places[~same]
-        return shut
+    def exactly(self, longest: float) -> Array:
+        """(m,) the shortest lengths, to the bit, where all are known to be at most so long."""
+        bound = longest + 1  # sums of steps are rounded
+        every = self._lattice(bound, 1)
+        every.start(self._start[None], np.zeros(1))
+        every.walk(bound, self._low, self._high)
+        return every.at(self._targets)
 
-    def _flooded(self, front: Array, budget: int) -> tuple[Array, bool]:
-        """(cells,) bool of what is connected with a cell, and whether that is all of it and not the robot's floor."""
-        flooded, count = np.zeros(self._walkable.cells, bool), 1
-        flooded[front] = True
-        while len(front) and count <= budget:
-            beside = np.unique(front + self._steps[: len(STRAIGHT)])
-            front = beside[self._walkable.free(beside) & ~flooded[beside]]
-            flooded[front] = True
-            count += len(front)
-            if self._lengths[front].any():
-                return flooded, False
-        return flooded, not len(front)
+    def _along(self, bound: float, stride: int) -> Array:
+        """(m,) lengths of ways that follow a lattice but for the first and the last steps; inf where none does."""
+        first = Lattice(self._walkable, self._start - AROUND, self._start + AROUND + 1, 1)
+        first.start(self._start[None], np.zeros(1))
+        first.walk()
+        wide = self._lattice(bound, stride)
+        wide.start(*first.points())
+        wide.walk(bound, self._low, self._high)
+        last = Lattice(self._walkable, self._low - AROUND, self._high + AROUND, 1)
+        for lattice in (first, wide):
+            last.start(*lattice.points())
+        last.walk()
+        return last.at(self._targets)
 
-    def _worthwhile(self, cells: Array, bound: float) -> Array:
-        """The settled cells that may lie on a way to the targets' box of at most `bound`."""
-        at = np.stack(np.divmod(cells, self._width), axis=1)
-        keep = self._lengths[cells] + octile(np.maximum(np.maximum(self._low - at, at - self._high), 0)) <= bound
-        self.cut |= not keep.all()
-        return cells[keep]
-
-    def _beside(self, cells: Array) -> tuple[Array, Array]:
-        """(8, k) the neighbours of (k,) cells, and (8, k) bool where a step leads to one."""
-        beside = cells + self._steps
-        passable = self._walkable.free(beside)
-        sides = passable[: len(STRAIGHT)]
-        passable[len(STRAIGHT) :] &= sides & sides[[1, 2, 3, 0]]
-        return beside, passable
-
-    def _shortest(self, cells: Array) -> Array:
-        """(k,) lengths by way of their settled neighbours."""
-        beside, passable = self._beside(cells)
-        lengths = self._lengths[beside]
-        lengths[(lengths == 0) | ~passable] = np.inf
-        lengths += LENGTHS
-        shortest: Array = lengths.min(axis=0)
-        return shortest
-
-
-def _first_seen(cells: Array, number: Array) -> Array:
-    """The cells that have no number yet, each once; they get one."""
-    new = cells[number[cells] == 0]
-    numbers = np.arange(1, len(new) + 1, dtype=np.int32)
-    number[new] = numbers
-    return new[number[new] == numbers]
+    def _lattice(self, bound: float, stride: int) -> Lattice:
+        """Of all the floor where a way from the start to the box may lead that is no longer than the bound."""
+        whole = np.array(self._walkable.shape) - 2
+        aside = int(min((bound - self._away) / ASIDE, whole.max())) + 1
+        low = np.maximum(np.minimum(self._start, self._low) - aside, 0)
+        high = np.minimum(np.maximum(self._start + 1, self._high) + aside, whole)
+        return Lattice(self._walkable, low, high, stride)

@@ -73,6 +73,6 @@ def largest_cluster(points: Array, parameters: Parameters) -> Array:
     return voxels.centres(inside)
 
 
-def way_lengths_m(grid: OccupancyGrid, radius_m: float, robot: Pose2, cells: Array) -> Array:
-    """(m,) metres to cells (m, 2): the whole grid inflated, and Dijkstra's algorithm over all of it."""
-    return reach(grid.inflated(radius_m), robot.xy).distance_m[tuple(cells.T)]
+def way_lengths_m(grid: OccupancyGrid, radius_m: float, robot: Pose2) -> Array:
+    """(h, w) metres to every cell: the whole grid inflated, and Dijkstra's algorithm over all of it."""
+    return reach(grid.inflated(radius_m), robot.xy).distance_m

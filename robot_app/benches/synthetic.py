@@ -84,8 +84,11 @@ def frame(masks: int = 20, seed: int = 0) -> tuple[RgbdFrame, list[Mask]]:
     return RgbdFrame(0, 1, color, depth.astype(np.float32), camera, T_map_camera, "bench"), made
 
 
-def floor(side_m: float, seed: int = 0) -> OccupancyGrid:
-    """A square site of rooms with a door in every wall and furniture; the map's origin is its middle."""
+def floor(side_m: float, seed: int = 0, cut_m: float | None = None, door_at_end: bool = False) -> OccupancyGrid:
+    """A square site of rooms with a door in every wall and furniture; about its middle a room's corner is the origin.
+
+    cut_m: there a wall runs from end to end along y, without a door, or with one at its beginning.
+    """
     rng = np.random.default_rng(seed)
     cells_a_side, room, door = (round(each / CELL_M) for each in (side_m, ROOM_M, DOOR_M))
     cells = np.zeros((cells_a_side, cells_a_side), np.int8)
@@ -93,7 +96,13 @@ def floor(side_m: float, seed: int = 0) -> OccupancyGrid:
         for column in range(0, cells_a_side, room):
             _furnish(cells[row : row + room, column : column + room], rng, door)
     cells[:3] = cells[-3:] = cells[:, :3] = cells[:, -3:] = OCCUPIED
-    return OccupancyGrid(cells, CELL_M, (-side_m / 2, -side_m / 2))
+    corner_m = -ROOM_M * (side_m // ROOM_M // 2)
+    if cut_m is not None:
+        column = round((cut_m - corner_m) / CELL_M)
+        cells[:, column : column + 3] = OCCUPIED
+        if door_at_end:
+            cells[20 : 20 + door, column : column + 3] = 0
+    return OccupancyGrid(cells, CELL_M, (corner_m, corner_m))
 
 
 def _furnish(room: Array, rng: np.random.Generator, door: int) -> None:

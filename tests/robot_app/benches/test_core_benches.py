@@ -29,8 +29,19 @@ def test_acquisition_keeps_what_plain_dbscan_keeps(capsys: pytest.CaptureFixture
 
 def test_goal_poses_are_as_far_as_a_plain_search_says(capsys: pytest.CaptureFixture[str]) -> None:
     rows = result(capsys, "goal", "--site", "32", "--rooms-away", "1")["candidates"]
-    [alone] = result(capsys, "goal", "--site", "32", "--rooms-away", "1", "--no-plain")["candidates"]
-    assert rows[0]["poses"] > 0 and rows[0]["equal"] is True and alone["equal"] is None
+    alone = result(capsys, "goal", "--site", "32", "--rooms-away", "1", "--no-plain")["candidates"]
+    assert rows[0]["poses"] > 0 and rows[0]["equal"] is True and alone[0]["equal"] is None
+    assert [row["wall"] for row in rows] == ["", "no door", "door at its end"]
+    assert rows[1]["poses"] == 0 and rows[1]["equal"] is True and "no way" in rows[1]["because"]
+    assert rows[2]["poses"] > 0 and rows[2]["equal"] is True and rows[2]["way_m"] > rows[0]["way_m"]
+
+
+def test_a_way_across_the_site_is_about_as_long_as_a_plain_search_says(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("openbelief.ways.EXACT", 100)
+    row, *_ = result(capsys, "goal", "--site", "100", "--rooms-away", "6")["candidates"]
+    assert row["way_m"] > 40 and row["equal"] is True
 
 
 def test_a_file_opens_with_all_that_was_written_and_answers_before_it_is_all_read(
@@ -73,5 +84,5 @@ def test_wrong_usage_is_status_two_and_one_line(words: list[str], capsys: pytest
 
 
 def test_a_room_beyond_the_site_is_refused_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["bench", "goal", "--site", "24", "--rooms-away", "4"]) == 1
+    assert main(["bench", "goal", "--site", "24", "--rooms-away", "3"]) == 1
     assert "has no room so far away" in capsys.readouterr().err
