@@ -27,7 +27,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("truth", type=Path, metavar="TRUTH.json")
     parser.add_argument("--readout", choices=READOUTS, default="consensus", help="default consensus, the paper's")
     parser.add_argument("--rooms", type=Path, metavar="ROOMS.json", help="rooms for this evaluation, as `map --rooms`")
-    parser.add_argument("--plot", type=Path, metavar="FILE.png", help="the curve of kept and refused (grounded only)")
+    parser.add_argument(
+        "--plot", type=Path, metavar="FILE.png|svg", help="the curve of kept and refused (grounded only)"
+    )
 
 
 def run(options: argparse.Namespace) -> None:
@@ -35,6 +37,7 @@ def run(options: argparse.Namespace) -> None:
     from openbelief.evaluation.truth import TruthError, read_truth
     from robot_app.evals.plots import plot_doubt
     from robot_app.memories import open_with_encoder
+    from robot_app.outputs import require_kind, require_writable
     from robot_app.room_files import read_rooms
 
     try:
@@ -43,6 +46,9 @@ def run(options: argparse.Namespace) -> None:
         raise Failure(str(error)) from error
     if options.plot and options.readout != "grounded":
         raise Usage("--plot draws what doubt keeps and refuses: it goes with --readout grounded")
+    if options.plot:
+        require_writable(options.plot)
+        require_kind(options.plot, "--plot", (".png", ".svg", ".pdf"))
     memory = open_with_encoder(options.memory)
     if options.rooms:
         memory = memory.with_rooms(read_rooms(options.rooms))
@@ -91,14 +97,18 @@ def _show(result: dict[str, Any]) -> None:
 def _doubt_lines(result: dict[str, Any]) -> Iterator[str]:
     """What is kept and refused, and the same at other levels of `found`."""
     doubt, absent = result["doubt"], result.get("absent_nouns")
-    said = f"kept: {result['kept']:.0%} of the findable answered found" if result["kept"] is not None else "kept: -"
+    said = f"kept: {_share(result['kept'])} of the findable answered found"
     if absent:
         said += f"; of {absent['queries']} absent nouns {absent['refused']:.0%} refused"
         said += f" ({absent['unsure']:.0%} unsure, {absent['not_found']:.0%} not found)"
     yield f"{said}, found at {doubt['found_at']:.2f}"
     for point in doubt["curve"][::2]:
-        refused = "-" if point["refused"] is None else f"{point['refused']:.0%}"
-        yield f"  found at {point['found_at']:.2f}: kept {point['kept']:.0%}, refused {refused}"
+        shares = f"kept {_share(point['kept'])}, refused {_share(point['refused'])}"
+        yield f"  found at {point['found_at']:.2f}: {shares}"
+
+
+def _share(value: float | None) -> str:
+    return "-" if value is None else f"{value:.0%}"
 
 
 def _scores(result: dict[str, Any]) -> Any:

@@ -371,3 +371,14 @@ def test_part_of_the_kitchen_becomes_a_memory(tmp_path, capsys):
     assert report["frames"] == 10 and report["objects"] > 5
     labels = {concept.label for node in ObjectMemory.open(out).objects for concept in node.concepts}
     assert any("chair" in label for label in labels)
+
+
+def test_tau_v_is_of_the_feature_space_and_a_file_wins(tmp_path):
+    from openbelief import Parameters
+    from robot_app.verbs.map import MOBILENET_TAU_V, _parameters
+
+    assert _parameters(None, []) == _parameters(None, ["scripted:flat"]) == Parameters()
+    assert _parameters(None, ["detector:models"]) == Parameters(tau_v=MOBILENET_TAU_V)
+    file = tmp_path / "parameters.toml"
+    file.write_text("tau_v = 0.9\ntau_g = 0.8\n")
+    assert _parameters(file, ["detector:models"]) == Parameters(tau_v=0.9, tau_g=0.8)

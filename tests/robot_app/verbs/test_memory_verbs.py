@@ -227,6 +227,27 @@ def test_eval_retrieval_scores_against_the_truth(memory, capsys, tmp_path):
     assert "all findable" in capsys.readouterr().out
 
 
+def test_the_curve_of_doubt_is_printed_and_plotted(memory, capsys, tmp_path):
+    boxes = [{"id": k, "label": said, "aabb": [[3 * k, 0, 0], [3 * k + 0.1, 0.1, 0.1]]} for k, said in enumerate(SAID)]
+    queries = [{"query": "find the lamp", "kind": "direct", "accept": [1]}]
+    document = {"format": "openbelief.truth/1", "objects": boxes, "queries": queries, "absent_nouns": ["tuba", "yurt"]}
+    truth, picture = tmp_path / "truth.json", tmp_path / "doubt.png"
+    truth.write_text(json.dumps(document))
+    evaluated = ["eval", "retrieval", str(memory), str(truth)]
+    assert main([*evaluated, "--readout", "grounded", "--plot", str(picture)]) == 0
+    said = capsys.readouterr().out
+    assert "kept: 100% of the findable" in said and "2 absent nouns 100% refused" in said and "found at 0.40:" in said
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    with pytest.raises(SystemExit, match="2"):
+        main([*evaluated, "--plot", str(picture)])  # consensus knows no doubt
+    for wrong in (tmp_path / "doubt.txt", tmp_path / "nowhere" / "doubt.png", tmp_path):
+        assert main([*evaluated, "--readout", "grounded", "--plot", str(wrong)]) == 1
+        assert len(capsys.readouterr().err.splitlines()[-1]) > 10
+    document["queries"][0]["findable"] = False
+    truth.write_text(json.dumps(document))
+    assert main([*evaluated, "--readout", "grounded"]) == 0 and "kept: -" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
