@@ -30,6 +30,7 @@ function drawFloor() {
   f.rooms.forEach((room, k) => {
     const shape = draw("polygon", { points: room.polygon.map(([x, y]) => `${x},${-y}`).join(" "), class: `room room${k % 8}` }, plan);
     draw("title", {}, shape).textContent = `${room.name}: ${room.because}`;
+    shape.addEventListener("click", () => chooseRoom(room, f.id));
   });
   if (f.walls) draw("image", { href: f.walls.src, x: f.walls.x, y: f.walls.y, width: f.walls.width, height: f.walls.height, preserveAspectRatio: "none" }, plan);
   for (const walk of f.walks) draw("polyline", { points: walk.map(([x, y]) => `${x},${-y}`).join(" "), class: "walk" }, plan);
@@ -76,16 +77,25 @@ function search() {
   if (found.length > SHOWN) list.append(make("li", `and ${found.length - SHOWN} more: type another word`, "soft small"));
   mark();
 }
-function table(heads, rows) {
+function concepts(said) {
   const t = make("table"), head = make("tr");
-  heads.forEach((h, k) => head.append(make("th", h, k ? "n" : "")));
+  for (const [words, name] of [["concept and its phrases", ""], ["belief", "n"], ["weight", "n"]]) head.append(make("th", words, name));
   t.append(head);
-  for (const cells of rows) {
-    const row = make("tr");
+  const add = (cells, name) => {
+    const row = make("tr", undefined, name);
     cells.forEach((c, k) => row.append(make("td", c, k ? "n" : "")));
     t.append(row);
+  };
+  for (const c of said) {
+    add([c.label, c.belief.toFixed(3), c.support.toFixed(1)], "concept");
+    for (const [phrase, weight] of c.phrases) add([phrase, "", weight.toFixed(1)], "phrase");
   }
   return t;
+}
+function chooseRoom(room, floorId) {
+  const inside = site.objects.filter((o) => o.room === room.name && o.floor === floorId && !o.background);
+  detail.replaceChildren(make("h2", room.name), make("p", room.because), make("p", `${inside.length} objects stand in it`, "soft small"));
+  detail.scrollTop = 0;
 }
 function choose(id) {
   const o = things.get(id);
@@ -97,10 +107,7 @@ function choose(id) {
   detail.append(make("p", `in ${o.room || "no known room"}, centre ${o.centre.map((v) => v.toFixed(2)).join(" ")} m, ${o.trust}`));
   detail.append(make("p", `${o.seen} observations in ${o.frames} frames`, "soft small"));
   if (o.crop) { const image = make("img", undefined, "crop"); image.src = o.crop; image.alt = `crop of ${o.label} with its mask`; detail.append(image); }
-  for (const c of o.concepts) {
-    detail.append(make("p", `${c.label}: belief ${c.belief.toFixed(3)}, support ${c.support.toFixed(1)}`));
-    detail.append(table(["phrase", "weight"], c.phrases.map(([p, w]) => [p, w.toFixed(1)])));
-  }
+  if (o.concepts.length) detail.append(concepts(o.concepts));
   const picture = site.pictures[o.view];
   if (picture) {
     const frame = make("figure", undefined, "view"), image = make("img", undefined, "crop");
