@@ -12,7 +12,7 @@ from openbelief.arrays import Array
 from openbelief.backprojection import depth_points
 from openbelief.occupancy import floor_height, from_points
 from openbelief.pose import apply
-from openbelief.surroundings import StoreyMap, Surroundings
+from openbelief.surroundings import CameraView, StoreyMap, Surroundings
 from openbelief.traversability import OCCUPIED, OccupancyGrid
 
 BIN_M = 0.05
@@ -44,19 +44,33 @@ class Floor:
         return self.heights_m[0] <= z < self.heights_m[1]
 
 
-@dataclass(frozen=True)
 class _Seen:
-    """(n, 3) points of all views, map frame, and the height of the camera that saw each."""
+    """What cameras measured. z: (n,) heights of all points, map frame; camera_z: (n,) of the camera that saw each;
+    cameras: (m,) of all cameras."""
 
-    points: Array
-    camera_z: Array
-    cameras: Array
+    def __init__(self, surroundings: Surroundings) -> None:
+        self._surroundings = surroundings
+        self.cameras = np.array([view.T_map_camera[2, 3] for view in surroundings.views])
+        seen = [self._of(view) @ view.T_map_camera[2, :3] + view.T_map_camera[2, 3] for view in surroundings.views]
+        self.z = np.concatenate([np.empty(0), *seen])
+        self.camera_z = np.repeat(self.cameras, [len(z) for z in seen])
+
+    def points(self, low_z: float, high_z: float) -> Array:
+        """(n, 3) map frame: of the cameras between two heights."""
+        views = [view for view in self._surroundings.views if low_z <= view.T_map_camera[2, 3] < high_z]
+        return np.concatenate([np.empty((0, 3)), *(apply(view.T_map_camera, self._of(view)) for view in views)])
+
+    def _of(self, view: CameraView) -> Array:
+        """(n, 3) of one view, optical frame."""
+        depth_m, camera = self._surroundings.depth_m(view)
+        stride = max(1, int(np.ceil(np.sqrt(depth_m.size * len(self.cameras) / MAX_POINTS))))
+        return depth_points(depth_m, camera, stride, DEPTH_MAX_M)
 
 
 def floors_of(surroundings: Surroundings, clouds: Sequence[Array]) -> tuple[Floor, ...]:
     """The site's storeys, lowest first; at least one. clouds: the objects' points, for a file without keyframes."""
-    seen = _seen(surroundings)
-    heights = floor_heights(seen.points[:, 2], seen.camera_z, seen.cameras)
+    seen = _Seen(surroundings)
+    heights = floor_heights(seen.z, seen.camera_z, seen.cameras)
     if not heights:
         heights = [floor_height(np.concatenate(clouds)) if clouds else 0.0]
     edges = [-1000.0, *(height - UNDER_FLOOR_M for height in heights[1:]), 1000.0]
@@ -98,23 +112,11 @@ def _exact(z: Array, near: float) -> float:
     return float(np.median(z[np.abs(z - near) <= BIN_M]))
 
 
-def _seen(surroundings: Surroundings) -> _Seen:
-    points, heights, cameras = [np.empty((0, 3))], [np.empty(0)], []
-    for view in surroundings.views:
-        depth_m, camera = surroundings.depth_m(view)
-        stride = max(1, int(np.ceil(np.sqrt(depth_m.size * len(surroundings.views) / MAX_POINTS))))
-        here = apply(view.T_map_camera, depth_points(depth_m, camera, stride, DEPTH_MAX_M))
-        points.append(here)
-        heights.append(np.full(len(here), view.T_map_camera[2, 3]))
-        cameras.append(view.T_map_camera[2, 3])
-    return _Seen(np.concatenate(points), np.concatenate(heights), np.array(cameras))
-
-
 def _of_storey(seen: _Seen, height: float, heights_m: tuple[float, float]) -> Array:
     """(n, 3) points that cameras of this storey saw of it."""
-    own = (seen.camera_z >= heights_m[0] + WALKED_M[0]) & (seen.camera_z < heights_m[1] + WALKED_M[0])
-    z = seen.points[:, 2]
-    return seen.points[own & (z > height - UNDER_FLOOR_M) & (z < min(height + HEADROOM_M, heights_m[1]))]
+    points = seen.points(heights_m[0] + WALKED_M[0], heights_m[1] + WALKED_M[0])
+    z = points[:, 2]
+    return points[(z > height - UNDER_FLOOR_M) & (z < min(height + HEADROOM_M, heights_m[1]))]
 
 
 def _grid_of(

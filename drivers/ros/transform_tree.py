@@ -96,10 +96,10 @@ class Edge:
         if before is None or here is None or after is None:
             return
         seconds = min(self.stamps[at] - self.stamps[at - 1], self.stamps[at + 1] - self.stamps[at]) / 1e9
-        there, back, around = _apart(before, here), _apart(here, after), _apart(before, after)
+        there, back = _apart(before, here), _apart(here, after)
         for limit, speed, i in ((DISPUTE_M, DISPUTE_M_S, 0), (DISPUTE_RAD, DISPUTE_RAD_S, 1)):
             jump = min(there[i], back[i])
-            if jump > max(limit, speed * seconds) and around[i] < jump / 2:
+            if jump > max(limit, speed * seconds) and _apart(before, after)[i] < jump / 2:
                 self._dispute(self.stamps[at], there[0])
                 return
 
