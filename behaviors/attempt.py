@@ -13,6 +13,7 @@ from drivers.ports import Ports
 from logs.trial.journal import Journal
 from openbelief.goal_pose import GoalPose
 from openbelief.memory import Candidate, ObjectNode
+from openbelief.relative_verification import Look
 
 POSES_MAX = 2  # goal poses that a candidate may be approached from before it is set aside as unreached
 
@@ -33,6 +34,7 @@ class Attempt:
         self.candidate, self.node = candidate, node
         self.goals = deque(goals)
         self.looks = ReObservation(node.centroid)
+        self.doubted: tuple[Look, ...] = ()  # what doubtful looks saw at the place
         self.unseen_because = ""  # no pose can see it; only a person's yes sends the robot there
         self.approach: Approach | None = None
         self.tried = 0

@@ -27,6 +27,7 @@ class Event(StrEnum):
     UNREACHED = "unreached"
     MATCHED = "matched"
     LOW_VISIBILITY = "low_visibility"
+    DOUBTFUL = "doubtful"  # a first look decides neither way
     LOOKED_AGAIN = "looked_again"
     REJECTED = "rejected"
     EXCLUDED = "excluded"
@@ -81,6 +82,7 @@ TOLD = {
     Event.NEXT_POSE: "Trying the {label} from another side: {because}",
     Event.UNREACHED: "Setting the {label} aside: {because}",
     Event.LOW_VISIBILITY: "Looking at the {label} again: {because}",
+    Event.DOUBTFUL: "Looking at the {label} once more: {because}",
     Event.REJECTED: "This {label} is not confirmed: {because}",
 }
 

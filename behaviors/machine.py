@@ -37,6 +37,7 @@ class MissionMachine(StateMachine):
     unreached = retrieve.to(exclude) | navigate.to(exclude) | re_observe.to(exclude)
     matched = verify.to(confirmed)
     low_visibility = verify.to(re_observe)
+    doubtful = verify.to(re_observe)
     looked_again = re_observe.to(verify)
     rejected = verify.to(exclude) | re_observe.to(exclude)
     excluded = exclude.to(retrieve)

@@ -22,12 +22,11 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Literal
 
-import numpy as np
-
 from behaviors.approval import approval_question, destination
 from behaviors.arrival import arrival_frame, camera_mount, robot_pose
 from behaviors.asking import Retrieved, retrieve, viewer_of
 from behaviors.attempt import Attempt
+from behaviors.checking import checks_of
 from behaviors.drive import RobotMayMove, drive, halted, refusal
 from behaviors.events import (
     BUDGET_REACHED,
@@ -64,10 +63,17 @@ from openbelief.goal_pose import GoalSearch, goal_poses
 from openbelief.grounded.options import GroundedOptions
 from openbelief.memory import ObjectMemory
 from openbelief.parameters import Parameters
-from openbelief.verification import Verdict, verify
+from openbelief.verification import Verdict
 
 RANKED = 10  # candidates whose scores are written down
 SET_ASIDE_MAX = 3
+
+# What the checks say -> the event; any other verdict rejects.
+VERDICTS = {
+    Verdict.CONFIRMED: Event.MATCHED,
+    Verdict.INSUFFICIENT_VISIBILITY: Event.LOW_VISIBILITY,
+    Verdict.DOUBTFUL: Event.DOUBTFUL,
+}
 
 
 class Mission:
@@ -208,27 +214,31 @@ class Mission:
         frame = arrival_frame(query.arrivals, last.stood_ns, self._ports, self._policy)
         masks = self._ports.perception.perceive(frame)
         node = query.current.node
-        checks = verify(
-            node.points,
+        checks, relative = checks_of(
             frame,
             masks,
-            self._query_feature(query),
-            self._memory.text_encoder,
+            query,
+            self._memory,
+            self._policy,
             self._parameters,
+            self._grounded,
             feature_text_aligned=self._ports.perception.feature_text_aligned,
-            pose_error_m=self._policy.pose_error_m,
         )
-        self._journal.write(checks_record(node.id, frame.stamp_ns, checks))
+        self._journal.write(checks_record(node.id, frame.stamp_ns, checks, relative))
         if checks.verdict is Verdict.CONFIRMED:
             query.confirmed = node.id
-            return Step(Event.MATCHED, checks.reason)
-        low = checks.verdict is Verdict.INSUFFICIENT_VISIBILITY
-        return Step(Event.LOW_VISIBILITY if low else Event.REJECTED, checks.reason)
+        after = frame.stamp_ns + 1  # another look, even from here, is another frame
+        return Step(VERDICTS.get(checks.verdict, Event.REJECTED), checks.reason, stood_ns=after)
 
     def _re_observe(self, query: QueryProgress, last: Step) -> Step:
-        """One bounded re-observation; with no look left, what could not be seen is not confirmed."""
+        """One bounded re-observation; with no look left, what could not be seen is not confirmed.
+
+        What was in doubt is looked at once more all the same, from where the robot stands.
+        """
         attempt = query.current
         look = attempt.looks.next_look(robot_pose(self._ports, self._policy), attempt.goals)
+        if look is None and last.event is Event.DOUBTFUL:
+            return replace(last, event=Event.LOOKED_AGAIN, because="look once more from here")
         if look is None:
             return Step(Event.REJECTED, last.because)
         self._journal.write(look_record(attempt.node.id, look))
@@ -294,10 +304,6 @@ class Mission:
             query.mount.intrinsics,
             self._parameters,
         )
-
-    def _query_feature(self, query: QueryProgress) -> Array:
-        """f_q, (d,) float32 unit length."""
-        return query.asked.f_q.astype(np.float32)
 
     def _ended(self, end: End, query: QueryProgress, step: Step) -> Outcome:
         outcome = Outcome(

@@ -26,6 +26,8 @@ class MissionPolicy:
     standing: Literal["checked", "inferred"] = "checked"  # "inferred": trials of before it was looked at
     goal_tolerance_m: Positive = 0.5  # a robot that stands further from its goal has not arrived
     readout: Literal["grounded", "consensus", "early", "belief"] = "grounded"  # "consensus": the paper's on the robot
+    # Is it what was asked for? "relative": asks the map again with what is seen there; "paper": one threshold tau_q.
+    arrival_check: Literal["relative", "paper"] = "relative"
     # What is in doubt ("grounded" only): "ask" a person where it is unsure, "refuse" that too (nobody is there to ask),
     # or "insist" and drive whatever the map says.
     doubt: Literal["ask", "refuse", "insist"] = "ask"

@@ -10,6 +10,7 @@ from behaviors.reobserve import Look
 from drivers.ports import PathPlan
 from logs.trial import records
 from openbelief.goal_pose import GoalPose
+from openbelief.grounded.arrival import RelativeCheck
 from openbelief.memory import Candidate, ObjectMemory
 from openbelief.verification import ArrivalChecks
 
@@ -83,7 +84,9 @@ def look_record(object_id: int, look: Look) -> records.Goal:
     )
 
 
-def checks_record(object_id: int, frame_stamp_ns: int, checks: ArrivalChecks) -> records.Checks:
+def checks_record(
+    object_id: int, frame_stamp_ns: int, checks: ArrivalChecks, relative: RelativeCheck | None = None
+) -> records.Checks:
     shown = checks.visibility
     return records.Checks(
         object_id=object_id,
@@ -100,6 +103,21 @@ def checks_record(object_id: int, frame_stamp_ns: int, checks: ArrivalChecks) ->
         mask_index=checks.best_mask,
         verdict=checks.verdict,
         reason=checks.reason,
+        relative=None if relative is None else _relative(relative),
+    )
+
+
+def _relative(check: RelativeCheck) -> records.Relative:
+    """Where nothing else is left on the map the lead is over nothing: None."""
+    naming = check.naming
+    return records.Relative(
+        lead=None if check.rival is None else float(check.lead),
+        rival=check.rival,
+        called=naming.called,
+        contrast=float(naming.contrast),
+        asked_like=float(naming.asked_like),
+        looks_like=naming.looks_like,
+        rival_like=float(naming.rival_like),
     )
 
 

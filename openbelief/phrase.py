@@ -40,6 +40,12 @@ def printable(raw: str, limit: int = 120) -> str:
     return line if len(line) <= limit else line[: limit - 3] + "..."
 
 
+def with_article(phrase: str) -> str:
+    """ "a sofa", "an umbrella", "shoes"."""
+    plural = phrase.endswith("s") and not phrase.endswith(("ss", "us", "is"))
+    return phrase if plural else f"{'an' if phrase[:1].lower() in 'aeiou' else 'a'} {phrase}"
+
+
 def is_background(phrase: str) -> bool:
     """True where the phrase ends in a background word ("white wall", but not "wall clock")."""
     return any(phrase == word or phrase.endswith(" " + word) for word in BACKGROUND)

@@ -33,6 +33,7 @@ class Verdict(StrEnum):
     INSUFFICIENT_VISIBILITY = "insufficient visibility"
     NO_MATCHING_MASK = "no matching mask"
     NOT_AT_STORED_PLACE = "not at the stored place"
+    DOUBTFUL = "doubtful"  # of the relative check only: near its threshold, to be looked at once more
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +102,7 @@ def verify(
     matches = [_Match(mask, score) for mask, score in zip(masks, scores, strict=True) if score is not None]
     strongest = max(matches, key=lambda match: (match.similarity, -match.mask.index), default=None)
     matching = [match for match in matches if match.similarity > tau_q]
-    placed = [replace(m, overlap=_overlap(points, m.mask, frame, parameters, pose_error_m)) for m in matching]
+    placed = [replace(m, overlap=overlap_at(points, m.mask, frame, parameters, pose_error_m)) for m in matching]
     nearest = max(placed, key=_placed_best, default=None)
 
     verdict, reason = _decide(shown, strongest, nearest, tau_q, parameters)
@@ -177,7 +178,9 @@ def _fused(visual: float | None, language: float | None, weight: float) -> float
     return weight * visual + (1 - weight) * language
 
 
-def _overlap(points: Array, mask: Mask, frame: RgbdFrame, parameters: Parameters, pose_error_m: float) -> float | None:
+def overlap_at(
+    points: Array, mask: Mask, frame: RgbdFrame, parameters: Parameters, pose_error_m: float
+) -> float | None:
     """Omega at r_arr = r + pose error, of the mask's voxels and P_i; None where too few pixels have depth to say."""
     seen = backproject(mask.pixels, frame, parameters)
     if len(seen) < parameters.min_points:
@@ -190,14 +193,14 @@ def _decide(
 ) -> tuple[Verdict, str]:
     """The paper's order: what cannot be seen is not judged, and what does not match is not located."""
     if shown.expected == 0 or shown.nu < parameters.tau_nu:
-        return Verdict.INSUFFICIENT_VISIBILITY, _unseen(shown, parameters.tau_nu)
+        return Verdict.INSUFFICIENT_VISIBILITY, unseen(shown, parameters.tau_nu)
     if strongest is None:
-        return Verdict.NO_MATCHING_MASK, f"Nothing in view was recognised{_seen_through(shown)}."
+        return Verdict.NO_MATCHING_MASK, f"Nothing in view was recognised{seen_through(shown)}."
     if nearest is None:
         return (
             Verdict.NO_MATCHING_MASK,
             f"Nothing in view is what was asked for: the closest is {strongest.name} "
-            f"({strongest.similarity:.2f}, needs more than {tau_q:.2f}){_seen_through(shown)}.",
+            f"({strongest.similarity:.2f}, needs more than {tau_q:.2f}){seen_through(shown)}.",
         )
     matches = f"{nearest.name} matches ({nearest.similarity:.2f})"
     if nearest.overlap is None:
@@ -206,12 +209,12 @@ def _decide(
         return (
             Verdict.NOT_AT_STORED_PLACE,
             f"{matches} but is not at the stored place: overlap {nearest.overlap:.0%}, "
-            f"needs {parameters.tau_arr:.0%}{_seen_through(shown)}.",
+            f"needs {parameters.tau_arr:.0%}{seen_through(shown)}.",
         )
     return Verdict.CONFIRMED, f"{matches} at the stored place: overlap {nearest.overlap:.0%}."
 
 
-def _unseen(shown: Visibility, tau_nu: float) -> str:
+def unseen(shown: Visibility, tau_nu: float) -> str:
     causes = {"out of view": shown.out_of_view, "behind something": shown.occluded, "without depth": shown.no_depth}
     listed = ", ".join(f"{share:.0%} {cause}" for cause, share in causes.items() if share >= 0.005)
     return (
@@ -219,6 +222,6 @@ def _unseen(shown: Visibility, tau_nu: float) -> str:
     )
 
 
-def _seen_through(shown: Visibility) -> str:
+def seen_through(shown: Visibility) -> str:
     """Measured behind where the thing should be: it is gone. Worth saying from one half on."""
     return f"; the camera looks through {shown.see_through:.0%} of the stored place" if shown.see_through >= 0.5 else ""

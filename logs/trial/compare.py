@@ -31,7 +31,19 @@ EXACTLY = Tolerance()
 # Where perception is computed again. The same networks on another GPU, or in fp16, move a similarity by up to 0.01 and
 # a mask's rim by a pixel; 0.05 leaves room for that. Reasons quote such values, and the order of masks is theirs.
 BY_PERCEPTION = Tolerance(
-    0.05, frozenset({"semantic.value", "geometric.value"}), frozenset({"reason", "because", "mask_index"})
+    0.05,
+    frozenset({"semantic.value", "geometric.value", "relative.asked_like", "relative.rival_like"}),
+    frozenset(
+        {
+            "reason",
+            "because",
+            "mask_index",
+            "relative.called",
+            "relative.looks_like",
+            "relative.lead",
+            "relative.contrast",
+        }
+    ),
 )
 
 

@@ -63,8 +63,25 @@ class Check(RecordPart):
     threshold: float
 
 
+class Relative(RecordPart):
+    """What the relative check adds: the candidate, with what was seen there, against the rest of the map.
+
+    lead: its score less that of `rival`, the best other object; None where none is left. contrast: how much more what
+    is seen (`called` so) is like the words asked for (asked_like, by its name) than like the map's other phrases, of
+    which looks_like is the first (rival_like). The candidate's likeness itself is the check `semantic`.
+    """
+
+    lead: float | None
+    rival: int | None
+    called: str | None
+    contrast: float
+    asked_like: float
+    looks_like: str
+    rival_like: float
+
+
 class Checks(Decision):
-    """The three ordered checks at a candidate, and the verdict."""
+    """The three ordered checks at a candidate, and the verdict. relative: of the relative check, once it saw a mask."""
 
     topic: ClassVar[str] = "/trial/checks"
     object_id: int
@@ -81,6 +98,7 @@ class Checks(Decision):
     mask_index: int | None
     verdict: str
     reason: str
+    relative: Relative | None = None
 
 
 class Exclusion(Decision):

@@ -74,6 +74,10 @@ class GroundedOptions:
     unsure_at: Cosine | None = None
     related_at: Fraction = 0.05  # a relation's value below which it does not hold
 
+    # Arrival (`arrival_check = "relative"`)
+    arrival_share: NotNegative = 1.0  # what is seen from near counts at least this share of what the map says
+    arrival_visual_gain: NotNegative = 5.0  # of <f_mask, p> beside <g_phrase, p>, where what was seen is named
+
     def to_dict(self) -> dict[str, Any]:
         return dataclasses.asdict(self)
 

@@ -122,6 +122,32 @@ def language_head(table: MapTable, names: Sequence[Name], options: GroundedOptio
     return share * consensus + (1 - share) * pooled
 
 
+def thing_of_one(
+    table: MapTable, one: MapTable, text: str, asked: EncodedRequest, options: GroundedOptions
+) -> tuple[float, float]:
+    """H and S of a table of one node, by the means and deviations of the whole map.
+
+    Nothing is taken off for few looks: the robot stands before it.
+    """
+    names, bare, among = names_of(text, asked, options), without_colour(text), ~table.background
+    head, map_head = (
+        language_head(each, names, options, options.other_cost * _other_things(each, bare)) for each in (one, table)
+    )
+    score = _on_scale(head, map_head[among & table.spoken], options.language_spread)
+    if table.feature_text_aligned:
+        query = names[0].vector.astype(np.float32)
+        seen = _on_scale(one.features @ query, (table.features @ query)[among], options.visual_spread)
+        score = options.language_share * score + (1 - options.language_share) * seen
+    colour = options.colour_weight * colour_evidence(one, text, options)
+    told = np.maximum(head, _described_head(one, bare, asked, options))
+    return float(told[0]), float((score + colour)[0])
+
+
+def other_cost(text: str, phrase: str | None, options: GroundedOptions) -> float:
+    """What is taken off where both are known to name different things."""
+    return options.other_cost * bool(phrase and other_thing(without_colour(text), without_colour(phrase)))
+
+
 def _other_things(table: MapTable, bare: str) -> Array:
     """(U,) 1 for the phrases that are known to name something else."""
     others = np.zeros(len(table.words))
@@ -144,7 +170,11 @@ def colour_evidence(table: MapTable, text: str, options: GroundedOptions) -> Arr
 
 def standardised(values: Array, among: Array, least_spread: float) -> Array:
     """z-scores over the nodes of `among`, by a standard deviation of at least so much; 0 where there are none."""
-    known = values[among]
+    return _on_scale(values, values[among], least_spread)
+
+
+def _on_scale(values: Array, known: Array, least_spread: float) -> Array:
+    """By the mean and deviation of others."""
     return (values - known.mean()) / max(float(known.std()), least_spread) if len(known) else np.zeros(len(values))
 
 

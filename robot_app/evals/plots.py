@@ -24,3 +24,25 @@ def plot_doubt(result: dict[str, Any], path: Path) -> None:
     axes.grid(alpha=0.3)
     axes.legend(loc="lower left", frameon=False)
     figure.savefig(path, dpi=130)
+
+
+def plot_verification(result: dict[str, Any], path: Path) -> None:
+    """Right candidates confirmed over wrong ones confirmed, as each check's threshold moves."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.5, 4.8), layout="constrained")
+    for axes, kind in zip(figure.subplots(1, 2, sharey=True), ("wrong", "unmapped"), strict=True):
+        for name, color in (("paper", "#b03a2e"), ("relative", "#1b7f4b")):
+            curve, check = result["curves"][name], result["checks"][name]
+            axes.plot([p[kind] for p in curve], [p["true"] for p in curve], color=color, marker=".", label=name)
+            used = ([check[kind]["confirmed"]], [check["true"]["confirmed"]])
+            axes.plot(*used, color=color, marker="o", markersize=9, linestyle="none")
+        told = "wrong candidates confirmed" + (", the right thing not on the map" if kind == "unmapped" else "")
+        axes.set(xlabel=told, xlim=(-0.02, 0.62), ylim=(0, 1.02))
+        axes.grid(alpha=0.3)
+        axes.legend(loc="lower right", frameon=False)
+    figure.axes[0].set_ylabel("right candidates confirmed")
+    figure.suptitle(
+        f"{Path(result['truth']).name}: large dots are the thresholds in use", fontsize=10, x=0.01, ha="left"
+    )
+    figure.savefig(path, dpi=130)

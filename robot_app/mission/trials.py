@@ -36,6 +36,7 @@ BEFORE = {
     "unseen": "set aside",
     "standing": "inferred",
     "readout": "consensus",
+    "arrival_check": "paper",
 }  # what a trial did whose policy does not say
 
 

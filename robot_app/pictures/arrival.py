@@ -132,6 +132,16 @@ def _draw_legend(axes: Axes, colour: str, checks: records.Checks, place: Array) 
     axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.01), ncol=3, frameon=False, fontsize=9)
 
 
+def relative_lines(relative: records.Relative) -> tuple[str, str]:
+    """What the relative check held against what."""
+    called = "without a name" if relative.called is None else f"called “{printable(relative.called, 30)}”"
+    rival = f", like “{printable(relative.looks_like, 30)}” {relative.rival_like:.2f}" if relative.looks_like else ""
+    near = f"{called}, like the words {relative.asked_like:.2f}{rival}; contrast {relative.contrast:+.2f}"
+    if relative.lead is None:
+        return near, "nothing else is left on the map"
+    return near, f"{relative.lead:+.2f} over object {relative.rival}, the best of the rest of the map"
+
+
 def _draw_checks(axes: Axes, checks: records.Checks) -> None:
     for row, (name, asks, needs, passes) in enumerate(CHECKS):
         check: records.Check = getattr(checks, name)
@@ -143,6 +153,9 @@ def _draw_checks(axes: Axes, checks: records.Checks) -> None:
         axes.plot([check.threshold] * 2, [y - 0.28, y + 0.28], color=INK, linewidth=2)
         measured = "not measured" if check.value is None else f"{value:.2f}, {needs.format(check.threshold)}"
         axes.text(0, y + 0.32, f"{row + 1}. {asks}  {measured}", color=INK, fontsize=9)
+        if name == "semantic" and checks.relative is not None:
+            told = "\n".join(relative_lines(checks.relative))
+            axes.text(0, y - 0.24, told, color=INK, fontsize=7, va="top", parse_math=False)
     axes.set_xlim(0, 1)
     axes.set_ylim(-0.2, len(CHECKS) + 0.7)
     axes.set_axis_off()

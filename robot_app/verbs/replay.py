@@ -142,7 +142,8 @@ def _verdicts(decisions: list[Record]) -> list[tuple[int, str]]:
 def _values(checks: Checks | None) -> dict[str, Any] | None:
     if checks is None:
         return None
-    values = {"semantic": checks.semantic.value, "geometric": checks.geometric.value}
+    values: dict[str, Any] = {"semantic": checks.semantic.value, "geometric": checks.geometric.value}
+    values["relative"] = None if checks.relative is None else checks.relative.model_dump()
     return {"object_id": checks.object_id, **values, "verdict": checks.verdict, "reason": checks.reason}
 
 
@@ -152,10 +153,18 @@ def _look_line(number: int, look: dict[str, Any]) -> str:
     parts = [
         f"{look['masks']['recorded']} masks, now {look['masks']['replayed']}",
         f"like the query {_number(then.get('semantic'))}, now {_number(now.get('semantic'))}",
+        *_relative_parts(then.get("relative"), now.get("relative")),
         f"at its place {_number(then.get('geometric'))}, now {_number(now.get('geometric'))}",
         f"{then.get('verdict', '-')}, now {now.get('verdict', '-')}",
     ]
     return f"look {number}: " + "; ".join(parts)
+
+
+def _relative_parts(then: dict[str, Any] | None, now: dict[str, Any] | None) -> Iterator[str]:
+    """What the relative check held against what; nothing under the paper's."""
+    if then or now:
+        for name in ("contrast", "lead"):
+            yield f"{name} {_number((then or {}).get(name))}, now {_number((now or {}).get(name))}"
 
 
 def _number(value: float | None) -> str:

@@ -30,6 +30,7 @@ TABLE = {
     ("navigate", "unreached"): "exclude",
     ("verify", "matched"): "confirmed",
     ("verify", "low_visibility"): "re_observe",
+    ("verify", "doubtful"): "re_observe",
     ("verify", "rejected"): "exclude",
     ("re_observe", "looked_again"): "verify",
     ("re_observe", "rejected"): "exclude",

@@ -101,7 +101,20 @@ export function drawChecks(box, title, look) {
   const good = look.verdict === "confirmed";
   text(title, `object ${look.object_id}`);
   box.replaceChildren(...CHECKS.map(([name, asks, passes, needs], index) => checkRow(index + 1, asks, look[name], passes, needs)),
-    element("p", {}, element("span", {class: "word", "data-status": good ? "confirmed" : "rejected"}, good ? "✓ confirmed" : `✕ ${look.verdict}`), ` ${look.reason}`));
+    ...relativeLines(look.relative).map((line) => element("p", {class: "faint"}, line)), element("p", {}, element("span", {class: "word", "data-status": good ? "confirmed" : "rejected"}, good ? "✓ confirmed" : `✕ ${look.verdict}`), ` ${look.reason}`));
+}
+
+// What the relative check held against what; nothing under the paper's.
+function relativeLines(relative) {
+  if (!relative) return [];
+  const called = relative.called === null ? "without a name" : `called “${relative.called}”`;
+  const rival = relative.looks_like ? `, like “${relative.looks_like}” ${relative.rival_like.toFixed(2)}` : "";
+  const lead = relative.lead === null ? "nothing else left on the map" : `${signed(relative.lead)} over object ${relative.rival}`;
+  return [`From near: ${called}, like the words ${relative.asked_like.toFixed(2)}${rival}; contrast ${signed(relative.contrast)}`, `Against the map: ${lead}`];
+}
+
+function signed(value) {
+  return `${value < 0 ? "−" : "+"}${Math.abs(value).toFixed(2)}`;
 }
 
 function checkRow(number, asks, check, passes, needs) {
