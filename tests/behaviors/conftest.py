@@ -118,6 +118,7 @@ class Stage:
         self.memory = memory_of(boxes, self.parameters)
         self.clock = SimClock(1_700_000_000_000_000_000)
         self.camera_works: Callable[[], bool] = lambda: True
+        self.camera_period_ns = 1  # of its frames; a frame is there as soon as it is stamped
         self.unavailable: str | None = None
         self.drives: list[Drive] = []  # scripts of the goals to come; afterwards every drive succeeds
         self.no_path: Callable[[Pose2], str | None] = lambda goal: None
@@ -255,9 +256,13 @@ class StageCamera:
     def latest(self, max_age_s: float) -> CameraFrame:
         if not self.stage.camera_works():
             raise StaleData("The camera's newest frame is 9.0 s old.")
+        now_ns = self.stage.clock.now_ns()
+        stamp_ns = now_ns - now_ns % self.stage.camera_period_ns
+        if now_ns - stamp_ns > max_age_s * 1e9:
+            raise StaleData(f"The camera's newest frame is {(now_ns - stamp_ns) / 1e9:.2f} s old.")
         depth, _ = render(self.stage.boxes, self.stage.robot)
         color = np.full((*depth.shape, 3), 90, np.uint8)
-        return CameraFrame(self.stage.clock.now_ns(), color, depth, K, CAMERA_FRAME)
+        return CameraFrame(stamp_ns, color, depth, K, CAMERA_FRAME)
 
 
 class StageLidar:

@@ -358,6 +358,19 @@ def test_the_frame_that_is_judged_is_the_first_after_the_robot_was_seen_to_stand
     assert looks[-1].stamp_ns <= arrival.stamp_ns < looks[-1].stamp_ns + 0.05e9
 
 
+@pytest.mark.parametrize("hz", [5, 15, 30])
+def test_no_frame_of_before_the_stand_is_judged_and_none_is_waited_for_longer_than_it_takes(stage, extinguisher, hz):
+    s = stage([extinguisher])
+    s.camera_period_ns = 1_000_000_000 // hz
+    judged_ns = []
+    s.on_perceive = lambda: judged_ns.append(s.clock.now_ns())
+    assert s.run().end is End.CONFIRMED
+    stood_ns = s.of(records.PoseLook)[-1].stamp_ns
+    first_ns = -(-stood_ns // s.camera_period_ns) * s.camera_period_ns
+    assert s.of(records.Frame)[-1].stamp_ns == first_ns
+    assert judged_ns[0] - first_ns <= 0.02e9  # one look more
+
+
 def test_a_question_is_bound_to_the_object_its_goal_the_way_and_the_memory(stage, impostor, extinguisher):
     s = stage([impostor, extinguisher])
     s.replies = ["no"]
