@@ -24,16 +24,17 @@ BARE = {
     "something.raw": None,
     "numbers.raw": None,
 }
-SENTENCES = (
-    "take me to the fire extinguisher",
-    "find the red chair in the kitchen",
-    "where is the laundry basket",
-    "go to the second door on the left",
-    "bring me to the coffee machine",
-    "look for something to sit on",
-    "show me the white mug next to the sink",
-    "walk to the window",
-)
+# Sentence -> the thing in it, "" where it names none.
+SENTENCES = {
+    "take me to the fire extinguisher": "fire extinguisher",
+    "find the red chair in the kitchen": "red chair",
+    "where is the laundry basket": "laundry basket",
+    "go to the second door on the left": "second door",
+    "bring me to the coffee machine": "coffee machine",
+    "look for something to sit on": "",
+    "show me the white mug next to the sink": "white mug",
+    "walk to the window": "window",
+}
 # No voice here was listened to while the rule for stop and the trimming were made.
 ESPEAK = ("m2", "m3", "m4", "m5", "m6", "m7", "m8", "f2", "f3", "f4", "f5", "max", "michel", "steph", "edward")
 VOICES = (*(("espeak-ng", f"en-us+{name}") for name in ESPEAK), ("flite", "awb"), ("flite", "rms"), ("flite", "slt"))
@@ -45,12 +46,13 @@ PAUSE_S = 0.4
 
 @dataclass(frozen=True)
 class Said:
-    """A clip, and the words in it, None where nobody knows them. noise: what was laid over it."""
+    """A clip, and the words in it, None where nobody knows them. noise: what was laid over it. thing: in the words."""
 
     name: str
     clip: AudioClip
     words: str | None
     noise: str = ""
+    thing: str = ""
 
 
 def human(folder: Path) -> Iterator[Said]:
@@ -74,8 +76,15 @@ def synthetic_sentences() -> Iterator[Said]:
     """Each sentence by each of SENTENCE_VOICES that is installed."""
     for program, voice in SENTENCE_VOICES:
         if installed(program):
-            for words in SENTENCES:
-                yield Said(f"{voice}: {words}", in_a_pause(spoken(words, program, voice)), words)
+            for words, thing in SENTENCES.items():
+                yield Said(f"{voice}: {words}", in_a_pause(spoken(words, program, voice)), words, thing=thing)
+
+
+def vocabulary() -> list[str]:
+    """The phrases of a memory that those sentences are said over: their things among those of the demo's flat."""
+    from sim_fakes.world.world import World
+
+    return sorted({*filter(None, SENTENCES.values()), *(each.label for each in World.load("flat").objects)})
 
 
 def synthetic_stops() -> Iterator[Said]:

@@ -70,5 +70,5 @@ class Listener:
             language=self.recogniser.language,
             seconds=took_s,
             stop=stop,
-            suggestions=() if stop else tuple(suggestions(heard.text, self._phrases)),
+            suggestions=() if stop else tuple(suggestions(heard.text, self._phrases, heard.again)),
         )

@@ -65,6 +65,23 @@ def test_nothing_is_suggested_for_what_the_memory_knows_or_nothing_is_like(said)
     assert suggestions(said, PHRASES) == []
 
 
+def test_a_second_hearing_that_knows_the_thing_is_offered_as_it_was_heard():
+    [found] = suggestions("Take me to the wire ticket.", PHRASES, "Take me to the sofa.")
+    assert (found.phrase, found.sentence, found.ratio) == ("sofa", "Take me to the sofa.", 1.0)
+
+
+def test_where_the_verb_is_garbled_too_the_thing_alone_is_offered():
+    [found] = suggestions("Take meat on the fire extine wisher.", PHRASES)
+    assert (found.phrase, found.sentence) == ("fire extinguisher", "fire extinguisher")
+
+
+@pytest.mark.parametrize(
+    "said", ["he was not an ill disposed young man", "four queen of gloves", "I read a news story"]
+)
+def test_what_only_sounds_a_little_like_a_thing_is_not_offered(said):
+    assert suggestions(said, PHRASES, said) == []
+
+
 def test_the_place_of_a_sentence_is_left_as_it_was_said():
     [found] = suggestions("find the read chair in the kitchen", PHRASES)
     assert found.sentence == "find the red chair in the kitchen"
