@@ -10,7 +10,7 @@ from openbelief.arrays import Array
 from openbelief.floors import Floor, floors_of
 from openbelief.memory import ObjectMemory
 from openbelief.phrase import printable
-from openbelief.room_names import name_scores, unique_names
+from openbelief.room_names import decided, name_scores, unique_names
 from openbelief.room_regions import room_regions
 from openbelief.rooms import Room
 
@@ -44,7 +44,7 @@ def derived_rooms(memory: ObjectMemory, given: Sequence[Room] = ()) -> tuple[Roo
     if not rooms:
         return ()
     scores = name_scores(memory)
-    names = [scores.name(ids) for ids in _inside(rooms, memory, given)]
+    names = decided([scores.name(ids) for ids in _inside(rooms, memory, given)])
     words = unique_names(names, [room.name for room in given])
     return tuple(
         Room(word, room.polygon_xy, False, printable(name.because, BECAUSE_MAX), room.heights_m)

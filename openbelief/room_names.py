@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,11 +33,16 @@ AHEAD = 0.1  # of the next name; nearer than that the objects speak for both
 
 @dataclass(frozen=True)
 class RoomName:
-    """name: None where the objects speak for none. because: a sentence for people."""
+    """name: None where the objects speak for none. because: a sentence for people.
+
+    either: the two names, and by what, where they speak for both alike.
+    """
 
     name: str | None
     score: float
     because: str
+    either: tuple[str, str] | None = None
+    said: str = ""
 
 
 @dataclass(frozen=True)
@@ -63,11 +68,31 @@ class NameScores:
         score = float(best[first])
         if score >= NAMED_FROM and score - best[second] < AHEAD:
             both = f"{NAMES[first]} ({score:.1f}) or {NAMES[second]} ({best[second]:.1f})"
-            return RoomName(None, score, f"no name is ahead: {both}, by {said}")
+            either = NAMES[first], NAMES[second]
+            return RoomName(None, score, f"no name is ahead: {both}, by {said}", either, said)
         if score < NAMED_FROM:
             return RoomName(None, score, f"no name fits well: {NAMES[first]} best ({score:.1f}), by {said}")
         words = f"{said} speak for {NAMES[first]} ({score:.1f}); next is {NAMES[second]} ({best[second]:.1f})"
         return RoomName(NAMES[first], score, words)
+
+
+def decided(names: Sequence[RoomName]) -> list[RoomName]:
+    """Where objects speak for two names alike and another room has better evidence for one of them, it is the other."""
+    held: dict[str, float] = {}
+    for room in names:
+        if room.name:
+            held[room.name] = max(held.get(room.name, 0.0), room.score)
+    return [_decided(room, held) if room.either else room for room in names]
+
+
+def _decided(room: RoomName, held: Mapping[str, float]) -> RoomName:
+    one, other = room.either or ("", "")
+    taken = [name for name in (one, other) if held.get(name, 0.0) >= room.score + AHEAD]
+    if len(taken) != 1:
+        return room
+    name = other if taken[0] == one else one
+    words = f"{room.said} speak for {one} and {other} alike ({room.score:.1f})"
+    return RoomName(name, room.score, f"{words}; another room is more {taken[0]} ({held[taken[0]]:.1f})")
 
 
 def _labels(scores: NameScores, ids: Array) -> list[str]:

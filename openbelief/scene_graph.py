@@ -12,6 +12,11 @@ from openbelief.memory import ObjectMemory
 from openbelief.rooms import Room
 from openbelief.views import View, best_views, views_of
 
+NO_MAP = (
+    "No navigation map was recorded (/map, nav_msgs/OccupancyGrid): rooms are drawn from what the cameras saw, and "
+    "neighbouring ones may run together. Record one, or give rooms with map --rooms."
+)
+
 
 @dataclass(frozen=True)
 class RoomNode:
@@ -66,9 +71,10 @@ class SceneGraph:
 
     @property
     def lacks(self) -> str | None:
-        """What a file from before keyframes and maps were kept does not say, None where nothing is missing."""
+        """What the file does not say: it is from before keyframes were kept, or no map was recorded. None: nothing."""
         if self.memory.surroundings.views:
-            return None
+            derived = not all(room.given for room in self.memory.rooms)
+            return NO_MAP if derived and not self.memory.surroundings.maps else None
         missing = "no keyframes: views have no poses or pictures, rooms are only those given"
         return f"This file is from before they were kept and holds {missing}. Map its recordings again to get them."
 

@@ -157,6 +157,8 @@ def _parameters(path: Path | None, perceptions: list[str]) -> Parameters:
 
 
 def _report(out: Path, result: MapResult) -> dict[str, Any]:
+    from openbelief.scene_graph import scene_graph
+
     memory = result.memory
     return {
         "memory": str(out),
@@ -181,6 +183,7 @@ def _report(out: Path, result: MapResult) -> dict[str, Any]:
         "frames_unseen": dict(result.taken.unseen),
         "objects": len(memory.objects),
         "rooms": _rooms(memory),
+        "lacks": scene_graph(memory).lacks,
         "extent_alarms": [_alarm(memory, alarm) for alarm in _foreground_alarms(memory)],
         "seconds": {stage: round(seconds, 3) for stage, seconds in result.seconds.items()},
     }
@@ -224,6 +227,7 @@ def _text(report: dict[str, Any]) -> str:
     lines += [f"could not look at {n} frames: {reason}" for reason, n in Counter(report["frames_unseen"]).most_common()]
     lines += [f"refused {n} masks: {reason}" for reason, n in Counter(report["masks_refused"]).most_common()]
     lines += alarm_lines(report["extent_alarms"])
+    lines += [report["lacks"]] if report["lacks"] else []
     if any(room["name"] for room in report["rooms"]):
         standing = [f"{room['name'] or 'in none of them'} {room['objects']}" for room in report["rooms"]]
         lines.append(f"objects by room: {', '.join(standing)}")

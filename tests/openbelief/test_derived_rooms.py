@@ -5,7 +5,7 @@ import pytest
 
 from openbelief import ObjectMemory
 from openbelief.derived_rooms import given_win, with_derived_rooms
-from openbelief.room_names import NAMES, RoomName, unique_names
+from openbelief.room_names import NAMES, RoomName, decided, unique_names
 from openbelief.rooms import Room
 from openbelief.surroundings import StoreyMap, Surroundings
 from openbelief.traversability import OccupancyGrid
@@ -93,6 +93,17 @@ def test_without_maps_and_keyframes_no_room_is_invented(site):
     assert with_derived_rooms(site.with_surroundings(Surroundings())).rooms == ()
 
 
+def test_without_a_map_rooms_are_drawn_from_what_was_seen_and_that_is_said(site):
+    from openbelief.scene_graph import scene_graph
+    from tests.openbelief.test_floors import site as seen_from
+
+    seen = seen_from([(x, 2, 1.2, 0.0) for x in (1, 2, 3, 6, 7)])
+    memory = with_derived_rooms(site.with_surroundings(seen))
+    assert memory.rooms and not any(room.given for room in memory.rooms)
+    assert "No navigation map was recorded" in scene_graph(memory).lacks
+    assert scene_graph(memory.with_rooms([])).lacks is None  # no room was drawn
+
+
 def test_a_room_whose_objects_speak_for_nothing_has_a_number_and_says_why(observe):
     seen = [observe("thing", at=(1, 1, 0.4), dim=Places.dim, recording="walk")]
     around = Surroundings(maps=(StoreyMap("walk", walls()),))
@@ -105,6 +116,17 @@ def test_two_bedrooms_are_told_apart():
     names = [RoomName("bedroom", 2.0, ""), RoomName(None, 0, ""), RoomName("bedroom", 3.0, "")]
     assert unique_names(names) == ["bedroom 2", "room 1", "bedroom"]
     assert unique_names(names, taken=["bedroom"])[2] == "bedroom 2"
+
+
+def test_of_two_names_alike_a_room_takes_the_one_that_no_other_room_has_better_evidence_for():
+    alike = RoomName(None, 2.3, "no name is ahead", ("bedroom", "living room"), "sofa")
+    bedroom, shed = RoomName("bedroom", 2.9, "a bed"), RoomName(None, 0.0, "")
+    first, second, third = decided([alike, bedroom, shed])
+    assert first.name == "living room" and (second, third) == (bedroom, shed)
+    assert "alike (2.3)" in first.because and "another room is more bedroom (2.9)" in first.because
+    assert decided([alike, RoomName("bedroom", 2.35, "")])[0] == alike  # hardly more than this one
+    assert decided([alike, bedroom, RoomName("living room", 2.9, "")])[0] == alike
+    assert decided([alike]) == [alike]
 
 
 def test_storeys_above_each_other_have_rooms_of_their_own(observe):
