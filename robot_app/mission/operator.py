@@ -157,10 +157,15 @@ class SharedOperator:
             self._leases.require(lease)
             self._beat_s = max(self._beat_s, self._now_s() - age_s)
 
+    def silent_s(self) -> float:
+        """Seconds since the last sign of life of the client that commands; 0 where none is expected."""
+        lease = self._leases.current
+        return self._now_s() - self._beat_s if lease is not None and lease.beats else 0.0
+
     def silence(self) -> str | None:
         """Why a moving robot must be held: whoever commands it is not heard. None where all is well."""
-        lease, silent_s = self._leases.current, self._now_s() - self._beat_s
-        if lease is None or not lease.beats or silent_s <= SILENT_S:
+        lease, silent_s = self._leases.current, self.silent_s()
+        if lease is None or silent_s <= SILENT_S:
             return None
         return f"The page of {lease.holder} has not been on a screen for {silent_s:.1f} s."
 

@@ -141,8 +141,10 @@ def with_console(config: Config, listening: Listening, *, as_json: bool) -> None
     """The page's missions ask a person before motion, whatever the configuration allows: one is there."""
     from dataclasses import replace
 
+    from robot_app.console.accounts import Accounts
     from robot_app.console.console import open_console
     from robot_app.console.invitation import Invitation
+    from robot_app.console.server import checked
     from robot_app.mission.live import run_missions
     from robot_app.mission.missions import open_missions
     from robot_app.mission.operator import SharedOperator
@@ -151,6 +153,7 @@ def with_console(config: Config, listening: Listening, *, as_json: bool) -> None
     from robot_app.signals import signals_stop
     from robot_app.wall_time_robot import in_wall_time
 
+    checked(listening, config.console, Accounts(config.console.accounts))  # before a robot is opened
     asking = config.model_copy(update={"mission": replace(config.mission, motion="ask")})
     operator = SharedOperator()
     with (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import threading
 import time
@@ -112,6 +113,10 @@ def test_the_answer_forbids_the_browser_everything_that_is_not_ours(console):
     assert headers["x-content-type-options"] == "nosniff"
 
 
+def test_while_it_serves_no_full_collection_of_garbage_stops_every_thread(console):
+    assert gc.get_threshold()[2] > 10**6 and gc.get_freeze_count() > 0
+
+
 def test_what_is_too_large_is_refused(console):
     assert console.visitor().post("/api/login", b"x" * 20_000)[0] == 403
 
@@ -160,10 +165,10 @@ def test_a_takeover_is_seen_by_both_and_the_old_page_commands_nothing(console, p
     assert console.operator.waiting == ()
 
 
-def asking(console) -> tuple[threading.Thread, list]:
+def asking(console, timeout_s: float = 5.0) -> tuple[threading.Thread, list]:
     """A mission that asks QUESTION, and its answer."""
     replies: list = []
-    thread = threading.Thread(target=lambda: replies.append(console.operator.confirm(QUESTION, 5.0)))
+    thread = threading.Thread(target=lambda: replies.append(console.operator.confirm(QUESTION, timeout_s)))
     thread.start()
     while console.operator.question is None:
         time.sleep(0.001)
@@ -191,6 +196,17 @@ def test_an_answer_that_is_stale_in_any_way_has_no_effect(console, page, wrong):
     assert not page.command(**answer)["ok"], "an answer counts once"
     thread.join(20)
     assert (replies[0].word, replies[0].who, replies[0].how) == (Approval.YES, "ada", "console")
+
+
+def test_an_answer_that_comes_when_the_question_has_expired_has_no_effect(console, page):
+    page.command(type="take")
+    epoch = page.next_state()["you"]["epoch"]
+    thread, replies = asking(console, timeout_s=0.2)
+    asked = console.operator.question
+    thread.join(20)
+    late = page.command(type="answer", epoch=epoch, question=asked.id, memory_hash="abc", word="yes")
+    assert not late["ok"] and "Nothing is being asked" in late["text"]
+    assert replies[0].word is Approval.EXPIRED and asked.reply is None
 
 
 def test_a_command_that_waited_somewhere_is_not_carried_out(console, page):
