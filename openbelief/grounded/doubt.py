@@ -30,8 +30,9 @@ def _findings(reading: Reading, best: int) -> Iterable[tuple[Verdict, str]]:
         yield "not found", f"nothing{where} on the map is like {request.target!r}"
     elif head < levels.found:
         yield "unsure", f"nothing{where} on the map is surely {request.target!r}"
-    if reading.place_known and reading.place_given and reading.inside[best] < 0.5:
-        yield "not found", f"nothing stands in the {request.place}"
+    if reading.place_known and reading.place_outlined and reading.inside[best] < 0.5:
+        where = f"no {request.target} stands in the {request.place}"
+        yield ("not found", where) if reading.place_given else ("unsure", f"{where}, as far as the map's rooms tell")
     if reading.negation[best] < -reading.options.not_weight / 2:
         yield "not found", f"all that is like {request.target!r} is what you do not want"
     yield from (("unsure", note) for note in reading.doubts)

@@ -29,6 +29,7 @@ STOREY_M = 3.0  # things of another storey say nothing about a room
 class PlaceScores:
     """score: (n,) the term. inside: (n,) in [0, 1], how much each node is there. known: False where it says nothing.
 
+    outlined: whether a room, given or derived, says where the place ends.
     note: what the operator is told about the place, "" where there is nothing to tell.
     """
 
@@ -36,6 +37,7 @@ class PlaceScores:
     inside: Array
     known: bool = True
     note: str = ""
+    outlined: bool = False
 
 
 def place_scores(
@@ -43,8 +45,11 @@ def place_scores(
 ) -> PlaceScores:
     """0 inside and -given_weight outside a given room; without given rooms a log-probability of the kind of place.
 
-    inferred: `inferred_places`, asked for only where no room was given.
+    inferred: `inferred_places`, asked for only where no room was given. "the kitchen or the office": either will do.
     """
+    if " or " in place:
+        either = [place_scores(table, rooms, one, inferred, options) for one in place.split(" or ")]
+        return _either([one for one in either if one.known] or either)
     given = [room for room in rooms if room.given]
     if given:
         return _in_given(table, given, place, options)
@@ -54,6 +59,11 @@ def place_scores(
         note = f"where {place!r} is cannot be told from what stands there: give the memory rooms"
         return PlaceScores(np.zeros(len(table)), np.ones(len(table)), False, note)
     return _soft(table, derived, kind, inferred, options)
+
+
+def _either(places: Sequence[PlaceScores]) -> PlaceScores:
+    score, within = (np.max([getattr(one, part) for one in places], axis=0) for part in ("score", "inside"))
+    return PlaceScores(score, within, places[0].known, places[0].note, any(one.outlined for one in places))
 
 
 def _soft(
@@ -66,7 +76,7 @@ def _soft(
     if derived:
         within = _contained(table.centroid, derived, options.room_slack_m)
         score, likely = score + options.derived_weight * (within - 1.0), np.maximum(likely, within)
-    return PlaceScores(score, likely)
+    return PlaceScores(score, likely, outlined=bool(derived))
 
 
 def place_around(
@@ -79,7 +89,7 @@ def place_around(
         return PlaceScores(np.zeros(len(table)), np.ones(len(table)), False, note)
     held = _contained(table.centroid, around, options.room_slack_m)
     weight = options.given_weight if around[0].given else options.derived_weight
-    return PlaceScores(weight * (held - 1.0), held)
+    return PlaceScores(weight * (held - 1.0), held, outlined=True)
 
 
 def is_room_of(rooms: Sequence[Room], place: str) -> bool:
@@ -97,7 +107,7 @@ def _in_given(table: MapTable, rooms: Sequence[Room], place: str, options: Groun
     elsewhere = _contained(table.centroid, [room for room in rooms if room not in meant], 0.0)
     beside = _contained(table.centroid, meant, options.room_slack_m) * (1.0 - elsewhere)
     held = np.maximum(within, beside)
-    return PlaceScores(options.given_weight * (held - 1.0), held)
+    return PlaceScores(options.given_weight * (held - 1.0), held, outlined=True)
 
 
 def _means(room: str, place: str) -> bool:

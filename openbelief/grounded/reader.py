@@ -18,10 +18,11 @@ from openbelief.grounded.place import PlaceScores, inferred_places, is_room_of, 
 from openbelief.grounded.relation import relation_scores
 from openbelief.grounded.table import MapTable
 from openbelief.grounded.thing import Name, ThingScores, generic_scores, scores_of_names, thing_scores
+from openbelief.grounded.typos import did_you_mean
 from openbelief.grounded.which import BY_VIEWER, fitting, in_order
 from openbelief.phrase import is_background
 from openbelief.request.encoded import EncodedRequest
-from openbelief.request.places import HERE, is_named_place, is_place
+from openbelief.request.places import HERE, PLACES, is_named_place, is_place
 from openbelief.request.request import Negation, Relation, Request
 from openbelief.rooms import Room
 
@@ -35,7 +36,8 @@ class Reading:
     inside: how far each node is in the place, 1 without one. notes: what the operator is told. doubts: what keeps the
     answer from being sure. unused: words that could not be used, beside the request's own. misread: places and anchors
     that the map does not hold; they may be misspelt. room_names: of the memory's rooms. anchors: the best H of each.
-    place_known, place_given: whether the asked place says anything, and whether by rooms that a person gave.
+    place_known, place_given, place_outlined: whether the asked place says anything, whether by rooms that a person
+    gave, and whether by rooms at all.
     """
 
     request: Request
@@ -57,6 +59,7 @@ class Reading:
     anchors: tuple[tuple[str, float], ...]
     place_known: bool
     place_given: bool
+    place_outlined: bool
     options: GroundedOptions
     levels: DoubtLevels
 
@@ -157,6 +160,7 @@ class _Question:
             anchors=tuple(self._anchors),
             place_known=request.place is not None and place.known,
             place_given=self._reader.given_rooms,
+            place_outlined=place.outlined,
             options=self._options,
             levels=self._reader.levels,
         )
@@ -165,6 +169,11 @@ class _Question:
         if words not in self._known:
             self._known[words] = thing_scores(self._table, words, self._asked, self._options)
         return self._known[words]
+
+    def _is_room(self, words: str) -> bool:
+        """Or meant to be one: "in the bedrom" is a room misspelt, and no thing to stand in."""
+        names = (*self._reader.room_names, *(row[0] for row in PLACES))
+        return self._reader.is_room(words) or bool(did_you_mean(words, map(str.lower, names)))
 
     def _generic(self, request: Request) -> ThingScores:
         """Every object is a thing; where nothing else is said either, any of them would do, and that is no answer."""
@@ -182,7 +191,7 @@ class _Question:
             self._doubts.append(f"{request.target!r} is a place, and a drive goes to a thing in it: name one")
             request = replace(request, place=target)
         for relation in request.relations:
-            if relation.kind == "in" and request.place is None and self._reader.is_room(relation.anchors[0]):
+            if relation.kind == "in" and request.place is None and self._is_room(relation.anchors[0]):
                 request = request.with_place(relation.anchors[0], without=relation)
             elif relation.kind == "with" and relation.holds is None and not self._is_here(relation.anchors[0]):
                 request = request.described_by(relation)
@@ -252,6 +261,9 @@ class _Question:
             allowed &= degree >= 0.5 * degree.max(initial=0.0, where=allowed)
         fits = fitting(head, allowed, self._options)
         if not fits.any():
+            self._doubts.append(
+                f"which one is the {request.which} cannot be told: the map holds none that could be meant"
+            )
             return np.zeros(len(score))
         ordered, note = in_order(self._table, request.which, score, fits, self._viewer)
         if note:

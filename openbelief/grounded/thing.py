@@ -63,12 +63,24 @@ def described_thing(text: str) -> list[str]:
 
 
 def thing_scores(table: MapTable, text: str, asked: EncodedRequest, options: GroundedOptions) -> ThingScores:
-    """S = share z(H) + (1 - share) z(<f^v, q>) - cost / sqrt(looks) + colour."""
+    """S = share z(H) + (1 - share) z(<f^v, q>) - cost / sqrt(looks) + colour; of alternatives the better one's."""
+    if " or " in text:
+        return _either([thing_scores(table, one, asked, options) for one in text.split(" or ") if one.strip()])
     cost = options.other_cost * _other_things(table, without_colour(text))
     scores = scores_of_names(table, names_of(text, asked, options), options, cost)
     colour = options.colour_weight * colour_evidence(table, text, options)
     head = np.maximum(scores.head, _described_head(table, without_colour(text), asked, options))
     return ThingScores(scores.score + colour, head, scores.visual)
+
+
+def _either(alternatives: Sequence[ThingScores]) -> ThingScores:
+    """ "a chair or a sofa": whichever fits better."""
+    seen = [one.visual for one in alternatives if one.visual is not None]
+    return ThingScores(
+        np.max([one.score for one in alternatives], axis=0),
+        np.max([one.head for one in alternatives], axis=0),
+        np.max(seen, axis=0) if seen else None,
+    )
 
 
 def _described_head(table: MapTable, bare: str, asked: EncodedRequest, options: GroundedOptions) -> Array | float:

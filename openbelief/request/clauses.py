@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from openbelief.request import words as w
-from openbelief.request.cursor import Cursor, bare
+from openbelief.request.cursor import Cursor
+from openbelief.request.parts import adjectives_first, anchors_of, beyond_its_kind, without_dangling
 from openbelief.request.places import EVERYWHERE, is_place
 from openbelief.request.request import Negation, Relation, Which
 from openbelief.request.words import RelationKind, WhichKind
 
 PLACING = ("in", "inside", "within", "at", "from", "on", "into")
-PURPOSE = frozenset(("to", "can", "could", "for"))
 # "left of ME" is which one, not where.
 AS_SEEN: dict[RelationKind, WhichKind] = {
     "next to": "nearest",
@@ -48,19 +48,12 @@ class Clauses:
             self._negation()
             cursor.skip_words(",", "but", "rather", "instead")
         self._read_which()
-        self.thing = self._without_dangling(cursor.segment())
+        thing, dangling = without_dangling(cursor.segment())
+        self.thing = adjectives_first(thing)
+        self.unused += dangling
         while cursor.word is not None:
             self._clause()
         self._name_the_pronoun()
-
-    def _without_dangling(self, thing: list[str]) -> list[str]:
-        """ "the chair NEXT TO", and nothing behind it: told as unused; "something to sit ON" is what it is for."""
-        for entry in (*w.RELATIONS, ("of",), ("and",), ("or",)):
-            before = thing[: -len(entry)]
-            if before and tuple(thing[-len(entry) :]) == entry and PURPOSE.isdisjoint(before):
-                self.unused += entry
-                return self._without_dangling(before)
-        return thing
 
     def _clause(self) -> None:
         cursor = self._cursor
@@ -124,7 +117,7 @@ class Clauses:
             return None, "this room"
         if word in PLACING and " ".join(anchor) in EVERYWHERE:
             return None, None
-        anchors = _anchors(kind, anchor)
+        anchors = anchors_of(kind, anchor)
         if not anchors:
             return None, None
         relation = Relation(kind, anchors, self._held() if kind == "with" else None)
@@ -306,18 +299,4 @@ class Clauses:
             self.thing = self._pointed_at
         elif self.thing and self.thing[-1] in w.PRONOUNS and named:
             self.thing[-1] = named[-1]
-        self.negations = [_beyond_its_kind(negation, self.thing) for negation in self.negations]
-
-
-def _beyond_its_kind(negation: Negation, thing: list[str]) -> Negation:
-    """ "not the LAMP on the desk", of lamps: all of it is said by where it is."""
-    where = negation.place or negation.relation
-    return replace(negation, phrase=None) if where and negation.phrase == " ".join(thing) else negation
-
-
-def _anchors(kind: RelationKind, anchor: list[str]) -> tuple[str, ...]:
-    if kind != "between" or "and" not in anchor:
-        return (" ".join(anchor),)
-    split = anchor.index("and")
-    parts = (bare(anchor[:split]), bare(anchor[split + 1 :]))
-    return tuple(" ".join(part) for part in parts if part)
+        self.negations = [beyond_its_kind(negation, self.thing) for negation in self.negations]

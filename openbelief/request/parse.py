@@ -90,6 +90,7 @@ def _says_nothing(target: str) -> bool:
 
 
 def _is_generic(target: str) -> bool:
-    """ "something", "the blue one": any thing will do, of that colour."""
-    *own, last = target.split()
-    return last in w.GENERIC and all(word in w.ADJECTIVES for word in own)
+    """ "something", "the blue one", "something small": any thing will do, of that colour."""
+    words = target.split()
+    named = [word for word in words if word not in w.ADJECTIVES]
+    return len(named) == 1 and named[0] in w.GENERIC and named[0] in (words[0], words[-1])

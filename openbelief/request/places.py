@@ -43,6 +43,8 @@ _ENDINGS = ("room", "area", "hall", "corridor", "lobby", "department", "floor", 
 
 def is_place(words: str) -> bool:
     """Whether words name a kind of room; a site may still give a room any other name."""
+    if " or " in words:
+        return all(map(is_place, words.split(" or ")))
     parts = words.split()
     return words in _NAMES or (len(parts) > 1 and parts[-1] in _ENDINGS)
 

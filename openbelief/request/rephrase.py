@@ -19,7 +19,28 @@ REFUSED = re.compile(
 DISTANCE = re.compile(rf"\b(?P<told>{_LENGTH})(?: away)? from (?=\S)")
 _MAY = r"(?:can|could|may|should|do|to)"
 _ONE = r"(?:i|we|you|one)"
+# As people type on a phone.
+_TYPED = {
+    "u": "you",
+    "ur": "your",
+    "teh": "the",
+    "wheres": "where is",
+    "whats": "what is",
+    "gimme": "give me",
+    "lemme": "let me",
+    "plz": "please",
+    "pls": "please",
+    "thx": "thanks",
+    "goto": "go to",
+    "cya": "",
+}
 _TURNS = (
+    (re.compile(r"(?:^|(?<=\s))([a-z]+)/([a-z]+)(?=[\s,]|$)"), r"\1 or \2"),
+    (re.compile(r"\b(?:preferably|ideally|either)\s+(?:an? |the )?"), ""),
+    (re.compile(r"\bin (?:any|every|each|some|whichever|whatever) (?:of the )?(?:other )?rooms?\b"), ""),
+    (re.compile(r"\b(?:is|are) (.+) (?:called|named)$"), r"is \1"),
+    (re.compile(r"^where (in|on|at|inside|under) (?!earth\b)(.+?) (?:is|are) (.+)$"), r"\3 \1 \2"),
+    (re.compile(r"^(?:which|what) room (?:is|are|has|holds) (.+?)(?: in| at)?$"), r"\1"),
     (re.compile(r"\b(?:on|to|at) (?:the )?(\S+(?: \S+)?)'s (left|right)(?: hand)?(?: side)?(?=$| ?,)"), r"\2 of \1"),
     (re.compile(r"\b(on|to|at|from) (the|my|your) (left|right)[- ]hand side\b"), r"\1 \2 \3 side"),
     (re.compile(rf"\bnon[- ]?({_COLOUR}) ([^,]+)"), r"\2 that is not \1"),
@@ -36,6 +57,7 @@ STOPS = re.compile(r"\s*[;:!?\u2026]+\s*|\.\s+|\s[-\u2013\u2014]+\s")
 
 def rephrased(words: str) -> str:
     """The same sentence with stops as commas, and in the parser's order."""
+    words = " ".join(_TYPED.get(word, word) for word in words.split())
     for pattern, instead in ((STOPS, " , "), *_TURNS):
         words = pattern.sub(instead, words)
     return " ".join(words.split())

@@ -60,7 +60,7 @@ happy kind nice sorry excuse pardon hello hi hey um uh er erm hmm so oh ah well 
 friend sir madam mate buddy robot take took taking bring bringing lead leading guide show showing get getting go going
 drive driving walk walking find finding locate see look looking search searching visit reach left put saw just maybe
 perhaps actually really kindly now where what which how when who not way on tell ask hear have had has must shall don't
-mind much very asking speak around over and or ready time next task job then
+mind much very asking speak around over and or ready help too somebody someone anybody time next task job then
 """
 ME, AROUND = frozenset(_ME.split()), frozenset((_ME + _AROUND).split()) - {"not", "on", "next"}
 ENDS_ASKING = frozenset(["to", "find", "see", "need", "want", "is", "are", "for", "get", "reach", "locate", "visit"])

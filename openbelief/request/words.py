@@ -120,11 +120,11 @@ FILLERS = _listed(
 VERBS = _listed("stand, sit, lie, hang, be, rest, lean")
 # A second wish, or a reason: told to the operator as not used.
 ASIDES = _listed(
-    "and then, so that, so i, so we, and take, and bring, and go, and show, and find, and come, and tell, "
-    "and wait, and stop, and return, to the, to my, to our, to me, to a, and look, as soon, as fast, as "
-    "quickly, before you, and get, and fetch, then, because, if, when, while, until, since, after, i need, i want, i "
-    "have, i am, i'm, i'd, we need, we want, we have, we are, we're, it is, it's, they are, he is, she is, he needs, "
-    "she needs, there is, there's, please then, and drive, and walk, and help, and ask"
+    "and then, so that, so i, so we, and take, and bring, and go, and show, and find, and come, and tell, and wait, "
+    "and stop, and return, to the, to my, to our, to me, to a, and look, as soon, as fast, as quickly, quick, hurry, "
+    "before you, and get, and fetch, then, because, if, when, while, until, since, after, i need, i want, i have, i "
+    "am, i'm, i'd, we need, we want, we have, we are, we're, it is, it's, they are, he is, she is, he needs, she "
+    "needs, there is, there's, please then, and drive, and walk, and help, and ask"
 )
 # Where a thing is, said without a preposition; what no room is called.
 WHEREABOUTS = _listed(

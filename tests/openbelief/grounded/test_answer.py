@@ -83,6 +83,24 @@ def test_what_no_phrase_says_of_a_thing_makes_it_no_other_thing(site):
         assert (memory.answer(sentence).answer, memory.answer(sentence).candidates[0].object_id) == ("found", 0)
 
 
+def test_alternatives_are_as_good_as_the_better_one(memory):
+    housed = memory.with_rooms([KITCHEN, OFFICE])
+    assert housed.answer("a saxophone or a toaster").candidates[0].object_id == 0
+    either = housed.answer("the printer in the kitchen or the office")
+    assert (either.answer, either.candidates[0].object_id) == ("found", 2)
+
+
+def test_a_place_that_the_maps_own_rooms_contradict_makes_it_unsure(memory):
+    derived = [Room(r.name, r.polygon_xy, given=False, because="test") for r in (KITCHEN, OFFICE)]
+    answer = memory.with_rooms(derived).answer("the toaster in the office")
+    assert answer.answer == "unsure" and "in the office" in answer.because
+
+
+def test_which_one_of_none_makes_it_unsure(memory):
+    answer = memory.with_rooms([KITCHEN, OFFICE]).answer("the second printer, not in the office")
+    assert answer.answer != "found"
+
+
 def test_a_second_one_where_there_is_only_one_makes_it_unsure(memory):
     answer = memory.answer("the second toaster")
     assert answer.answer == "unsure" and "only 1" in answer.because
@@ -102,7 +120,11 @@ def test_a_word_of_manner_is_reported_and_changes_nothing(memory):
 
 @pytest.mark.parametrize(
     ("typed", "meant"),
-    [("the printer next to the toastre", "toaster"), ("the printer in the kithcen", "kitchen")],
+    [
+        ("the printer next to the toastre", "toaster"),
+        ("the printer in the kithcen", "kitchen"),
+        ("the printer in the bedrom", "bedroom"),
+    ],
 )
 def test_a_misspelt_place_or_anchor_is_offered_too(memory, typed, meant):
     answer = memory.answer(typed)

@@ -128,7 +128,20 @@ UNDERSTOOD = [
     # colours said behind the thing, and shades
     ("the ball that is orange", {"target": "orange ball"}),
     ("the reddish chair", {"target": "red chair"}),
+    ("something red on the desk", {"target": "something red", "relation": "on desk"}),
+    ("a chair, preferably red", {"target": "red chair"}),
+    # alternatives, and any room
+    ("a chair or a sofa in the kitchen or the office", {"target": "chair or sofa", "place": "kitchen or office"}),
+    ("either a chair or a sofa", {"target": "chair or sofa"}),
+    ("a chair in any room", {"target": "chair"}),
+    # questions
+    ("where in the kitchen is the microwave?", {"target": "microwave", "place": "kitchen"}),
+    ("which room is the piano in?", {"target": "piano"}),
+    ("what is the thing next to the fridge called", {"target": "thing", "relation": "next to fridge"}),
+    ("I lost my backpack, can you help me find it?", {"target": "backpack"}),
+    ("wheres teh cat", {"target": "cat"}),
     # another wish, or a reason
+    ("the lamp, quick!!! there is a fire", {"target": "lamp", "unused": ["quick", "there", "is", "fire"]}),
     ("take me to the lamp, it's urgent", {"target": "lamp", "unused": ["it's", "urgent"]}),
     ("the lamp; and hurry up", {"target": "lamp", "unused": ["hurry", "up"]}),
     # the words around a noun of another language
