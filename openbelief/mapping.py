@@ -20,7 +20,7 @@ from openbelief.surroundings import CameraView, ViewImages, view_of
 
 
 @dataclass(frozen=True, eq=False)
-class Looked:
+class SegmentedFrame:
     """A frame and its masks; or none, and why it could not be looked at. keyframe: it shall be kept as a view."""
 
     frame: RgbdFrame
@@ -41,7 +41,7 @@ class Acquired:
     view: tuple[CameraView, ViewImages] | None = field(repr=False)
 
 
-Each: TypeAlias = Callable[[Callable[[Looked], Acquired], Iterable[Looked]], Iterable[Acquired]]
+Each: TypeAlias = Callable[[Callable[[SegmentedFrame], Acquired], Iterable[SegmentedFrame]], Iterable[Acquired]]
 
 
 def map_frames(
@@ -78,13 +78,13 @@ def map_frames(
     return memory
 
 
-def _looked(frames: Iterable[RgbdFrame], perception: Perception, store: BeliefStore) -> Iterator[Looked]:
+def _looked(frames: Iterable[RgbdFrame], perception: Perception, store: BeliefStore) -> Iterator[SegmentedFrame]:
     """The frames that the store does not hold, each once; those that are under way are not in it yet."""
     keyframes, begun = Keyframes(store.view_poses), set[tuple[str, int]]()
     for frame in store.unmapped(frames):
         if (frame.recording, frame.stamp_ns) not in begun:
             begun.add((frame.recording, frame.stamp_ns))
-            yield Looked(frame, *_look(perception, frame), keyframes.take(frame))
+            yield SegmentedFrame(frame, *_look(perception, frame), keyframes.take(frame))
 
 
 def _look(perception: Perception, frame: RgbdFrame) -> tuple[list[Mask], str | None]:
@@ -95,7 +95,7 @@ def _look(perception: Perception, frame: RgbdFrame) -> tuple[list[Mask], str | N
         return [], str(unseen)
 
 
-def acquired(looked: Looked, parameters: Parameters) -> Acquired:
+def acquired(looked: SegmentedFrame, parameters: Parameters) -> Acquired:
     """What the frame gives, of itself alone."""
     frame = looked.frame
     observations, refusals = acquire(frame, looked.masks, parameters)

@@ -12,7 +12,7 @@ from functools import cache
 from itertools import groupby
 from pathlib import Path
 
-from walks import WALKS, Stop
+from walks import RETURNS, WALKS, Stop
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -70,7 +70,8 @@ def walks() -> str:
 
 def _walk(name: str, stops: list[Stop]) -> str:
     visited = rooms_visited(stops)
-    head = f"### {name}\n\n{len({file for file, *_ in stops})} files, {len(set(visited))} rooms.\n"
+    back = f", entered {len(visited)} times: {RETURNS[name]}" if name in RETURNS else ""
+    head = f"### {name}\n\n{len({file for file, *_ in stops})} files, {len(set(visited))} rooms{back}.\n"
     return "\n".join([head, *(f"{k}. `{file}` `{symbol}`: {said}" for k, (file, symbol, said) in enumerate(stops, 1))])
 
 
@@ -80,8 +81,11 @@ def rooms_visited(stops: list[Stop]) -> list[str]:
 
 
 def check_walks() -> None:
-    """Raises ValueError where a walk names a file or a definition that is not there."""
+    """Raises ValueError where a walk names a file or a definition that is not there, or returns without a reason."""
     for walk, stops in WALKS.items():
+        visited = rooms_visited(stops)
+        if (len(visited) > len(set(visited))) != (walk in RETURNS):
+            raise ValueError(f"{walk}: RETURNS gives a reason exactly where a room is entered twice")
         for file, symbol, _ in stops:
             if not (ROOT / file).is_file():
                 raise ValueError(f"{walk}: there is no {file}")

@@ -4,6 +4,12 @@ from __future__ import annotations
 
 Stop = tuple[str, str, str]  # file, definition in it, what happens there
 
+# Walks that come back into a room that they left, and why they must.
+RETURNS: dict[str, str] = {
+    "A query to its outcome": "Algorithm 1 asks the core, and goes on with its answer",
+    "An input to its replayed comparison": "the mission lies between its inputs and the comparison",
+}
+
 WALKS: dict[str, list[Stop]] = {
     "A query to its outcome": [
         ("robot_app/verbs/ask.py", "run", "the configuration, the operator at a terminal, the robot"),
@@ -27,11 +33,7 @@ WALKS: dict[str, list[Stop]] = {
         ("openbelief/memory.py", "ObjectMemory.build", "association and belief over all evidence"),
     ],
     "STOP to the cancel on the wire": [
-        (
-            "robot_app/mission/operator.py",
-            "SharedOperator.stop",
-            "latched, whoever said it: page, voice, signal",
-        ),
+        ("robot_app/mission/operator.py", "SharedOperator.stop", "latched, whoever said it and wherever"),
         ("behaviors/drive.py", "drive", "every poll of a drive asks for STOP first"),
         ("drivers/nav2/cancelling.py", "Cancelling.cancel", "the goal; where that was not taken, all goals"),
         ("drivers/ros/action.py", "ActionClient.cancel", "CancelGoal as CDR, and its reply"),

@@ -7,9 +7,6 @@ end or the STOP and the answer to the cancel; the polls between leave no record.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TypeVar
-
 from drivers.ports import (
     Camera,
     CameraFrame,
@@ -21,7 +18,6 @@ from drivers.ports import (
     Navigator,
     Operator,
     PathPlan,
-    PortError,
     Ports,
     PoseSource,
     Question,
@@ -33,14 +29,13 @@ from drivers.ports import (
     StopRequest,
 )
 from logs.trial import records
-from logs.trial.journal import Attached, Journal
+from logs.trial.journal import Journal
+from logs.trial.recording_inputs import Inputs
 from openbelief.arrays import Array
 from openbelief.observation import Mask, RgbdFrame
 from openbelief.perception.ports import Perception
 from openbelief.pose import Pose2
 from openbelief.traversability import OccupancyGrid
-
-Answer = TypeVar("Answer")
 
 
 def recorded(ports: Ports, journal: Journal) -> Ports:
@@ -57,35 +52,6 @@ def recorded(ports: Ports, journal: Journal) -> Ports:
         lidar=None if ports.lidar is None else JournaledLidar(ports.lidar, inputs),
         safety=None if ports.safety is None else JournaledSafety(ports.safety, inputs),
     )
-
-
-class Inputs:
-    """The journal, and how often STOP was asked for in vain since the last input: that places a STOP exactly."""
-
-    def __init__(self, journal: Journal) -> None:
-        self._journal = journal
-        self.polls = 0
-
-    def write(self, record: records.Record, attached: Attached = None) -> None:
-        self._journal.write(record, attached)
-        self.polls = 0
-
-    def note(self, record: records.Record) -> None:
-        self._journal.write(record)
-
-    def ask(self, call: str, port: Callable[[], Answer]) -> Answer:
-        """The port's answer, for the caller to write; what it raises is written here."""
-        try:
-            return port()
-        except Exception as error:
-            self.write(records.PortFailure(call=call, kind=_kind(error), message=str(error), polls=self.polls))
-            raise
-
-
-def _kind(error: Exception) -> str:
-    """The exception's name, as the ports know it: a driver's own kind of PoseUnavailable is a PoseUnavailable."""
-    ported = (kind.__name__ for kind in type(error).__mro__ if kind.__module__ == PortError.__module__)
-    return next(ported, type(error).__name__)
 
 
 class JournaledCamera:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TypeVar
 
 import numpy as np
 
@@ -12,96 +11,29 @@ from drivers.ports import (
     Approval,
     CameraFrame,
     LidarCloud,
-    LinkLost,
     NavigationFeedback,
     NavigationResult,
     NavigationStatus,
     PathPlan,
-    PortError,
     Ports,
-    PoseUnavailable,
     Question,
     Reaction,
     Reply,
     SafetyVerdict,
-    StaleData,
     StampedPose,
     StopRequest,
 )
 from logs.trial import records
 from logs.trial.compare import TOLERANCE
 from logs.trial.journal import Entry
+from logs.trial.replay_inputs import Divergence, RecordedInputs
 from openbelief.arrays import Array
 from openbelief.observation import Mask, RgbdFrame
 from openbelief.pose import Pose2
 from openbelief.traversability import OccupancyGrid
 
-Kind = TypeVar("Kind", bound=records.Record)
-PORT_ERRORS = {kind.__name__: kind for kind in (PortError, StaleData, PoseUnavailable, LinkLost)}
 # What may come next while a goal is under way and has no result yet.
 DURING_A_DRIVE = (records.Stop, records.CancelAnswer, records.HaltAnswer, records.Supervised)
-
-
-class Divergence(PortError):
-    """The mission asked for something else than the trial holds."""
-
-
-class RecordedInputs:
-    """The inputs of a trial, each given out once, in order."""
-
-    def __init__(self, entries: Sequence[Entry]) -> None:
-        self._entries = [entry for entry in entries if entry.record.role == "input"]
-        self._given = 0
-        self._polls = 0
-
-    @property
-    def left(self) -> int:
-        return len(self._entries) - self._given
-
-    @property
-    def upcoming(self) -> records.Record | None:
-        return self._entries[self._given].record if self.left else None
-
-    def take(self, kind: type[Kind], call: str) -> tuple[Kind, Entry]:
-        """The next input, which must be of that kind; raises what the port raised then, or Divergence."""
-        self.raise_failure(call)
-        record = self.upcoming
-        if not isinstance(record, kind):
-            what = "the trial ends there" if record is None else f"the trial has {record.topic} there"
-            raise Divergence(f"input {self._given + 1}: the mission asked for {call}, but {what}")
-        return record, self._next()
-
-    def raise_failure(self, call: str) -> None:
-        """Raise what the port raised at this call, if that is next."""
-        failure = self.upcoming
-        if isinstance(failure, records.PortFailure) and failure.call == call and failure.polls <= self._polls:
-            self._next()
-            raise _error(failure)
-
-    def stop(self) -> StopRequest | None:
-        """The operator's STOP, at the very poll at which it was heard."""
-        self.raise_failure("operator.stop_requested")
-        record = self.upcoming
-        if isinstance(record, records.Stop) and record.polls <= self._polls:
-            self._next()
-            return StopRequest(record.because, record.who, record.how, record.at_ns)
-        self._polls += 1
-        return None
-
-    def verdict(self) -> records.Supervised | None:
-        """The supervisor's next verdict, at the very poll at which it came; None before it."""
-        self.raise_failure("safety.verdict")
-        record = self.upcoming
-        if isinstance(record, records.Supervised) and record.polls <= self._polls:
-            self._next()
-            return record
-        return None
-
-    def _next(self) -> Entry:
-        entry = self._entries[self._given]
-        self._given += 1
-        self._polls = 0
-        return entry
 
 
 def replay_ports(entries: Sequence[Entry]) -> Ports:
@@ -266,14 +198,6 @@ class ReplayOperator:
 
     def tell(self, sentence: str) -> None:  # noqa: ARG002 - there is nobody to tell
         self._inputs.raise_failure("operator.tell")
-
-
-def _error(failure: records.PortFailure) -> Exception:
-    """The exception again: a port's own, or one of the same name and words."""
-    known = PORT_ERRORS.get(failure.kind)
-    if known is not None:
-        return known(failure.message)
-    return type(failure.kind, (RuntimeError,), {})(failure.message)
 
 
 def _same_goal(call: str, asked: Pose2, recorded: records.PlanarPose) -> None:

@@ -17,7 +17,7 @@ from robot_app.benches.cpu import beside_plain, count, cpu_s, said
 from robot_app.cli import Failure, print_json
 
 if TYPE_CHECKING:
-    from openbelief.mapping import Acquired, Each, Looked
+    from openbelief.mapping import Acquired, Each, SegmentedFrame
     from openbelief.observation import Mask, RgbdFrame
 
 ROUNDS, TRIES = 2, 5  # over the frames, for each job; and the best of so many
@@ -85,12 +85,12 @@ def _side_by_side(seen: list[tuple[RgbdFrame, list[Mask]]], jobs: int) -> tuple[
     """(seconds of the wall a frame, one at a time; with so many jobs; whether both gave the same points)."""
     import numpy as np
 
-    from openbelief.mapping import Looked, acquired
+    from openbelief.mapping import SegmentedFrame, acquired
     from openbelief.parameters import Parameters
     from robot_app.mapping.workers import FrameWorkers
 
     work = partial(acquired, parameters=Parameters())
-    items = [Looked(frame, masks, None, False) for frame, masks in seen] * (ROUNDS * jobs)
+    items = [SegmentedFrame(frame, masks, None, False) for frame, masks in seen] * (ROUNDS * jobs)
     with FrameWorkers(jobs, lambda _: None) as workers:
         list(workers.each(work, items[: 2 * jobs]))  # all have begun
         many_s, many = min((_wall_s(workers.each, work, items) for _ in range(TRIES)), key=lambda each: each[0])
@@ -101,7 +101,9 @@ def _side_by_side(seen: list[tuple[RgbdFrame, list[Mask]]], jobs: int) -> tuple[
     return one_s / len(one), many_s / len(many), same
 
 
-def _wall_s(each: Each, work: Callable[[Looked], Acquired], items: list[Looked]) -> tuple[float, list[Acquired]]:
+def _wall_s(
+    each: Each, work: Callable[[SegmentedFrame], Acquired], items: list[SegmentedFrame]
+) -> tuple[float, list[Acquired]]:
     began = time.perf_counter()
     got = list(each(work, items))
     return time.perf_counter() - began, got

@@ -22,14 +22,14 @@ from typing import Any
 import numpy as np
 
 from openbelief.arrays import Array
-from openbelief.mapping import Acquired, Looked
+from openbelief.mapping import Acquired, SegmentedFrame
 from openbelief.observation import Mask
 from robot_app.cli import Failure
 
 WAITING = 2  # frames for each worker, the one in hand included: what they take is all the memory that more jobs take
 WORTH_FRAMES = 150  # acquired in the second that a worker's start takes, several times over
 
-Work = Callable[[Looked], Acquired]
+Work = Callable[[SegmentedFrame], Acquired]
 
 
 def cores() -> int:
@@ -51,7 +51,7 @@ class FrameWorkers:
         context.set_forkserver_preload([__name__])
         self._pool = ProcessPoolExecutor(jobs, context, initializer=_begin)
 
-    def each(self, work: Work, items: Iterable[Looked]) -> Iterator[Acquired]:
+    def each(self, work: Work, items: Iterable[SegmentedFrame]) -> Iterator[Acquired]:
         """What work gives for each item, in their order; an item's error ends it, after all that came before it.
 
         So does an error of `items` itself. Raises Failure where a worker was killed.
@@ -90,11 +90,11 @@ class FrameWorkers:
 class _Coming:
     """Items until they end, or until they cannot go on: that waits for its turn."""
 
-    def __init__(self, items: Iterable[Looked]) -> None:
+    def __init__(self, items: Iterable[SegmentedFrame]) -> None:
         self._items = iter(items)
         self.error: Exception | None = None
 
-    def next(self) -> Looked | None:
+    def next(self) -> SegmentedFrame | None:
         """None at the end, and ever after."""
         try:
             return None if self.error else next(self._items, None)
@@ -107,16 +107,16 @@ class _Coming:
 class _Packed:
     """A frame on its way, its masks as bits."""
 
-    looked: Looked
+    looked: SegmentedFrame
     shapes: list[tuple[int, ...]]
 
     @classmethod
-    def of(cls, looked: Looked) -> _Packed:
+    def of(cls, looked: SegmentedFrame) -> _Packed:
         pixels = [np.asarray(mask.pixels, dtype=bool) for mask in looked.masks]
         packed = [replace(m, pixels=np.packbits(p)) for m, p in zip(looked.masks, pixels, strict=True)]
         return cls(replace(looked, masks=packed), [p.shape for p in pixels])
 
-    def unpacked(self) -> Looked:
+    def unpacked(self) -> SegmentedFrame:
         masks = [_with_pixels(m, shape) for m, shape in zip(self.looked.masks, self.shapes, strict=True)]
         return replace(self.looked, masks=masks)
 

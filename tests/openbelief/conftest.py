@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from openbelief import Observation
+from openbelief import ObjectMemory, Observation, Parameters
 from openbelief.observation import Provenance
 from support.encoders import WordEncoder
 
@@ -57,3 +58,15 @@ def flat(observe: Callable[..., Observation]) -> list[Observation]:
             for mask, (phrase, at) in enumerate(said)
         ]
     return views
+
+
+@pytest.fixture
+def memory(flat: list[Observation], tiny_encoder: WordEncoder) -> ObjectMemory:
+    return ObjectMemory.build(flat, tiny_encoder, Parameters(), about={"perception": "by hand"})
+
+
+@pytest.fixture
+def path(memory: ObjectMemory, tmp_path: Path) -> Path:
+    """Its file."""
+    memory.save(tmp_path / "site.belief")
+    return tmp_path / "site.belief"

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from openbelief import ObjectMemory, Observation, Parameters
 from openbelief.belief import consolidate, smoothed, synonym_threshold, weight
 from openbelief.retrieval import exact, language_scores
+from support.encoders import WordEncoder
 
 PHRASES = ["chair", "red chair", "armchair", "lamp", "floor lamp", "hat stand", "box", "old wooden box"]
 said_of_it = st.lists(st.tuples(st.sampled_from(PHRASES), st.floats(0.05, 1.0)), min_size=1, max_size=12)
@@ -146,11 +147,4 @@ def observe_any():
 
 @pytest.fixture(scope="module")
 def encoder_any():
-    class Table:
-        id, dim = "table", 16
-
-        def encode(self, texts):
-            rows = np.array([np.random.default_rng(sum(map(ord, text))).normal(size=16) for text in texts])
-            return (rows / np.linalg.norm(rows, axis=1, keepdims=True)).astype(np.float32)
-
-    return Table()
+    return WordEncoder()

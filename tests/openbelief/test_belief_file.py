@@ -7,7 +7,7 @@ import threading
 import numpy as np
 import pytest
 
-from openbelief import ObjectMemory, Parameters
+from openbelief import ObjectMemory
 from openbelief.file_checks import APPLICATION_ID, FORMAT, VALUE_BYTES_MAX, BeliefFileError
 from openbelief.store_rows import COLUMNS, to_row
 from support.files import resealed
@@ -23,17 +23,6 @@ CREATE TABLE observations (
     stamp_ns INTEGER, bbox TEXT, rle_size TEXT, rle_counts BLOB, crop_jpeg BLOB, object INTEGER);
 CREATE TABLE phrases (phrase TEXT PRIMARY KEY, embedding BLOB NOT NULL);
 """
-
-
-@pytest.fixture
-def memory(flat, tiny_encoder):
-    return ObjectMemory.build(flat, tiny_encoder, Parameters(), about={"perception": "by hand"})
-
-
-@pytest.fixture
-def path(memory, tmp_path):
-    memory.save(tmp_path / "site.belief")
-    return tmp_path / "site.belief"
 
 
 @pytest.fixture

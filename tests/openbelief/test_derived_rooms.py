@@ -9,21 +9,19 @@ from openbelief.room_names import NAMES, RoomName, decided, unique_names
 from openbelief.rooms import Room
 from openbelief.surroundings import StoreyMap, Surroundings
 from openbelief.traversability import OccupancyGrid
+from support.encoders import AxisEncoder
 
 KINDS = {"stove": "kitchen", "sink": "kitchen", "fridge": "kitchen", "bed": "bedroom", "pillow": "bedroom"}
 
 
-class Places:
+def _place_of(phrase: str) -> int:
+    word = KINDS.get(phrase.split()[-1], phrase)
+    return NAMES.index(word) if word in NAMES else -1
+
+
+def places() -> AxisEncoder:
     """Words in the plane of their place: "kitchen" and what stands in one are alike."""
-
-    id, dim = "places==1", len(NAMES) + 1
-
-    def encode(self, texts):
-        rows = np.zeros((len(texts), self.dim), np.float32)
-        for row, text in zip(rows, texts, strict=True):
-            word = KINDS.get(text.split()[-1], text)
-            row[NAMES.index(word) if word in NAMES else -1] = 1.0
-        return rows
+    return AxisEncoder(_place_of, len(NAMES) + 1, "places")
 
 
 def walls(width=8.0, depth=4.0, middle=4.0, turned=False):
@@ -42,11 +40,11 @@ def site(observe):
     west = [("stove", (1, 1, 0.4)), ("sink", (1, 3, 0.4)), ("fridge", (2.5, 3, 0.4))]
     east = [("bed", (6, 1, 0.3)), ("pillow", (6, 3, 0.5)), ("white wall", (5, 2, 1.0))]
     seen = [
-        observe(phrase, at=at, frame=0, mask=k, look=k, dim=Places.dim, recording="walk")
+        observe(phrase, at=at, frame=0, mask=k, look=k, dim=places().dim, recording="walk")
         for k, (phrase, at) in enumerate(west + east)
     ]
     around = Surroundings(maps=(StoreyMap("walk", walls()),))
-    return ObjectMemory.build(seen, Places(), surroundings=around)
+    return ObjectMemory.build(seen, places(), surroundings=around)
 
 
 def test_rooms_are_found_on_the_map_and_named_by_what_stands_in_them(site):
@@ -105,9 +103,9 @@ def test_without_a_map_rooms_are_drawn_from_what_was_seen_and_that_is_said(site)
 
 
 def test_a_room_whose_objects_speak_for_nothing_has_a_number_and_says_why(observe):
-    seen = [observe("thing", at=(1, 1, 0.4), dim=Places.dim, recording="walk")]
+    seen = [observe("thing", at=(1, 1, 0.4), dim=places().dim, recording="walk")]
     around = Surroundings(maps=(StoreyMap("walk", walls()),))
-    rooms = with_derived_rooms(ObjectMemory.build(seen, Places(), surroundings=around)).rooms
+    rooms = with_derived_rooms(ObjectMemory.build(seen, places(), surroundings=around)).rooms
     assert sorted(room.name for room in rooms) == ["room 1", "room 2"]
     assert sorted(room.because for room in rooms)[0].startswith("no name")
 
@@ -134,11 +132,11 @@ def test_storeys_above_each_other_have_rooms_of_their_own(observe):
     from tests.openbelief.test_floors import site as seen_from
 
     seen = [
-        observe(phrase, at=at, frame=k, look=k, dim=Places.dim, recording="walk")
+        observe(phrase, at=at, frame=k, look=k, dim=places().dim, recording="walk")
         for k, (phrase, at) in enumerate(things)
     ]
     maps = [StoreyMap("walk", walls(), 0.0), StoreyMap("walk", walls(), 3.0)]
     around = seen_from([(2, 2, 1.2, 0.0), (2, 2, 1.2, 3.0)], maps)
-    memory = with_derived_rooms(ObjectMemory.build(seen, Places(), surroundings=around))
+    memory = with_derived_rooms(ObjectMemory.build(seen, places(), surroundings=around))
     assert len(memory.rooms) == 4 and len({node.room for node in memory.objects}) == 4
     assert all(room.heights_m for room in memory.rooms)

@@ -9,15 +9,12 @@ from openbelief.observation import Intrinsics, Mask, RgbdFrame
 from openbelief.parameters import Parameters
 from openbelief.perception.ports import FrameUnseen
 from openbelief.store import BeliefStore
+from support.encoders import AxisEncoder
 
 
-class Words:
+def words() -> AxisEncoder:
     """A text encoder that knows two words."""
-
-    id, dim = "words", 2
-
-    def encode(self, texts):
-        return np.array([[1, 0] if "cup" in text else [0, 1] for text in texts], np.float32)
+    return AxisEncoder(lambda text: 0 if "cup" in text else 1, 2, "words")
 
 
 class Eyes:
@@ -48,9 +45,9 @@ def new_store(path) -> BeliefStore:
 
 
 def test_frames_become_a_sealed_memory_of_the_things_in_them(tmp_path):
-    memory = map_frames(frames(), Eyes(), new_store(tmp_path / "a.belief"), Words())
+    memory = map_frames(frames(), Eyes(), new_store(tmp_path / "a.belief"), words())
     assert sorted(node.concepts[0].label for node in memory.objects) == ["cup", "lamp"]
-    assert ObjectMemory.open(tmp_path / "a.belief", Words()).content_hash == memory.content_hash
+    assert ObjectMemory.open(tmp_path / "a.belief", words()).content_hash == memory.content_hash
     assert [f.stamp_ns for f in memory.frames] == [100, 101, 102, 103]
 
 
@@ -59,13 +56,13 @@ def test_an_interrupted_mapping_goes_on_where_it_stopped_and_ends_the_same(tmp_p
         yield from frames()[:2]
         raise KeyboardInterrupt
 
-    whole = map_frames(frames(), Eyes(), new_store(tmp_path / "whole.belief"), Words())
+    whole = map_frames(frames(), Eyes(), new_store(tmp_path / "whole.belief"), words())
     eyes = Eyes()
     with new_store(tmp_path / "part.belief") as store, pytest.raises(KeyboardInterrupt):
-        map_frames(cut_short(), eyes, store, Words())
+        map_frames(cut_short(), eyes, store, words())
     with BeliefStore.resume(tmp_path / "part.belief") as store:
         assert store.taken.frames == 2 and store.taken.masks == store.taken.observations == 4
-        resumed = map_frames(frames(), eyes, store, Words())
+        resumed = map_frames(frames(), eyes, store, words())
     assert eyes.asked == [100, 101, 102, 103]
     assert resumed.content_hash == whole.content_hash
 
@@ -80,7 +77,7 @@ def test_a_frame_that_cannot_be_looked_at_is_kept_with_the_reason_and_not_tried_
 
     eyes = Blinking()
     with new_store(tmp_path / "a.belief") as store:
-        memory = map_frames([*frames(3), *frames(3)], eyes, store, Words())
+        memory = map_frames([*frames(3), *frames(3)], eyes, store, words())
         assert store.taken.unseen == {"the lens was covered": 1} and store.taken.frames == 3
     assert [f.skipped for f in memory.frames] == [None, "the lens was covered", None]
     assert eyes.asked == [100, 101, 102]
@@ -92,7 +89,7 @@ def test_what_a_reader_left_out_is_told_again_by_every_run_and_written_with_the_
     with BeliefStore.resume(tmp_path / "a.belief") as store:
         assert not store.holds("walk", 99) and store.frames() == ()
         store.leave_out("walk", 99, "no depth image")
-        map_frames(frames(2), Eyes(), store, Words())
+        map_frames(frames(2), Eyes(), store, words())
     kept = ObjectMemory.open(tmp_path / "a.belief").frames
     assert [(f.stamp_ns, f.skipped) for f in kept] == [(99, "no depth image"), (100, None), (101, None)]
 
@@ -107,7 +104,7 @@ def test_refused_masks_are_counted_and_a_failing_perception_is_not_swallowed(tmp
             raise RuntimeError("out of memory")
 
     with new_store(tmp_path / "a.belief") as store:
-        map_frames(frames(3), Small(), store, Words())
+        map_frames(frames(3), Small(), store, words())
         assert store.taken.refused == {"mask smaller than 100 pixels": 3} and store.taken.observations == 0
     with new_store(tmp_path / "b.belief") as store, pytest.raises(RuntimeError, match="out of memory"):
-        map_frames(frames(3), Broken(), store, Words())
+        map_frames(frames(3), Broken(), store, words())

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from openbelief import ObjectMemory, Observation, Parameters
 from openbelief.rooms import Room
+from support.encoders import AxisEncoder
 
 READOUTS = ("consensus", "early", "belief")
 
@@ -118,21 +119,17 @@ def test_background_is_asked_for_by_name_and_not_by_the_place_of_something_else(
         assert 3 not in {c.object_id for c in memory.rank(asked)}, asked
 
 
-class Synonyms:
+def synonyms() -> AxisEncoder:
     """Knows that a couch is a sofa, and nothing else."""
-
-    id, dim = "synonyms", 3
-
-    def encode(self, texts):
-        return np.eye(3, dtype=np.float32)[[1 if text in ("sofa", "couch") else 2 for text in texts]]
+    return AxisEncoder(lambda text: 1 if text in ("sofa", "couch") else 2, 3, "synonyms")
 
 
 def test_the_heaviest_phrase_makes_background_whichever_concept_is_heaviest(observe):
     said = ["wall"] * 5 + ["sofa"] * 4 + ["couch"] * 4
     views = [observe(phrase, frame=frame, dim=3) for frame, phrase in enumerate(said)]
-    (node,) = ObjectMemory.build(views, Synonyms()).objects
+    (node,) = ObjectMemory.build(views, synonyms()).objects
     assert (node.label, node.heaviest_phrase, node.background) == ("couch", "wall", True)
-    (node,) = ObjectMemory.build(views[1:], Synonyms(), Parameters(weight="uniform")).objects
+    (node,) = ObjectMemory.build(views[1:], synonyms(), Parameters(weight="uniform")).objects
     assert (node.label, node.heaviest_phrase, node.background) == (
         "couch",
         "couch",

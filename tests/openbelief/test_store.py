@@ -16,17 +16,6 @@ from openbelief.store import FORMAT, BeliefFileError, BeliefStore
 
 
 @pytest.fixture
-def memory(flat, tiny_encoder):
-    return ObjectMemory.build(flat, tiny_encoder, Parameters(), about={"perception": "by hand"})
-
-
-@pytest.fixture
-def path(memory, tmp_path):
-    memory.save(tmp_path / "site.belief")
-    return tmp_path / "site.belief"
-
-
-@pytest.fixture
 def create(tmp_path):
     def make(name="walk.belief", **changes):
         about = {"text_encoder_id": "tiny==16", "text_dim": 16, "parameters": Parameters()}

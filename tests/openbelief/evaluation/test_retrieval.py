@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import hashlib
 import json
 
 import numpy as np
@@ -10,17 +9,9 @@ from openbelief import ObjectMemory, Observation
 from openbelief.evaluation.retrieval import evaluate
 from openbelief.evaluation.truth import TruthError, read_truth
 from openbelief.observation import Provenance
+from support.encoders import WordEncoder
 
 BLOCK = (np.stack(np.meshgrid(*[np.arange(5)] * 3), axis=-1).reshape(-1, 3) * 0.02).astype(np.float32)
-
-
-class Words:
-    id, dim = "words", 16
-
-    def encode(self, texts):
-        seeds = [int.from_bytes(hashlib.sha256(text.encode()).digest()[:4]) for text in texts]
-        rows = np.array([np.random.default_rng(seed).normal(size=16) for seed in seeds])
-        return (rows / np.linalg.norm(rows, axis=1, keepdims=True)).astype(np.float32)
 
 
 def view(phrase, x, frame, mask):
@@ -36,7 +27,7 @@ def box(x):
 def memory():
     """A lamp where it is, a "cup" 0.6 m beside the true cup, and a lamp (fragment) once more."""
     views = [view("lamp", 0, f, 0) for f in range(3)] + [view("cup", 5.7, f, 1) for f in range(3)]
-    return ObjectMemory.build([*views, view("dog", 0.15, 9, 2)], Words())
+    return ObjectMemory.build([*views, view("dog", 0.15, 9, 2)], WordEncoder())
 
 
 @pytest.fixture
@@ -88,7 +79,7 @@ def test_without_mask_origins_purity_is_unknown_not_one(memory, truth):
 
 
 def test_language_alone_is_reported_where_features_are_no_text(memory, truth):
-    blind = ObjectMemory.build(memory.observations, Words(), feature_text_aligned=False)
+    blind = ObjectMemory.build(memory.observations, WordEncoder(), feature_text_aligned=False)
     assert evaluate(blind, read_truth(truth()))["language_alone"]["queries"] == 2
 
 

@@ -6,6 +6,7 @@ import pytest
 from openbelief import ObjectMemory, Observation
 from openbelief.evaluation.labelled_points import read_classes, read_labelled_points
 from openbelief.evaluation.segmentation import PROTOCOLS, evaluate, score, transfer
+from support.encoders import AxisEncoder
 
 HOVSG, DUALMAP = PROTOCOLS
 
@@ -38,16 +39,10 @@ def test_a_point_takes_the_majority_of_its_five_nearest():
 
 
 def test_a_memory_that_names_everything_right_scores_one():
-    class Axes:
-        id, dim = "axes", 4
-
-        def encode(self, texts):
-            return np.eye(4, dtype=np.float32)[[["chair", "lamp", "wall"].index(text) for text in texts]]
-
     block = np.random.default_rng(0).uniform(0, 0.2, (60, 3))
     blocks = [block + np.array([3.0 * k, 0, 0]) for k in range(3)]
     views = [Observation(0, k, name, 0.9, blocks[k], np.eye(4)[k]) for k, name in enumerate(["chair", "lamp", "wall"])]
-    memory = ObjectMemory.build(views, Axes())
+    memory = ObjectMemory.build(views, AxisEncoder(["chair", "lamp", "wall"].index, 4))
     truth_points = np.concatenate(blocks)
     classes = ["unlabelled", "chair", "lamp", "wall"]
     for readout in ("visual", "consensus", "early", "full"):

@@ -10,22 +10,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from openbelief.mapping import Acquired, Looked, map_frames
+from openbelief.mapping import Acquired, SegmentedFrame, map_frames
 from openbelief.memory import ObjectMemory
 from openbelief.observation import Intrinsics, Mask, RgbdFrame
 from openbelief.parameters import Parameters
 from openbelief.store import BeliefStore
 from robot_app.cli import Failure
 from robot_app.mapping.workers import WAITING, FrameWorkers, jobs_for
+from support.encoders import AxisEncoder
 
 CAMERA = Intrinsics(120, 90, 100, 100, 60, 45)
 
 
-class Words:
-    id, dim = "words", 2
-
-    def encode(self, texts: list[str]) -> np.ndarray:
-        return np.array([[1, 0] if "cup" in text else [0, 1] for text in texts], np.float32)
+def words() -> AxisEncoder:
+    return AxisEncoder(lambda text: 0 if "cup" in text else 1, 2, "words")
 
 
 class Eyes:
@@ -63,21 +61,21 @@ def new_store(path: Path) -> BeliefStore:
     return BeliefStore.create(path, parameters=Parameters(), **about)
 
 
-def looked(count: int) -> Iterator[Looked]:
-    return (Looked(frame, [], None, False) for frame in frames(count))
+def looked(count: int) -> Iterator[SegmentedFrame]:
+    return (SegmentedFrame(frame, [], None, False) for frame in frames(count))
 
 
-def nothing(item: Looked) -> Acquired:
+def nothing(item: SegmentedFrame) -> Acquired:
     return Acquired(item.frame.recording, item.frame.stamp_ns, [], [], None, None)
 
 
-def killed_at_the_third(item: Looked) -> Acquired:
+def killed_at_the_third(item: SegmentedFrame) -> Acquired:
     if item.frame.index == 2:
         os.kill(os.getpid(), signal.SIGKILL)
     return nothing(item)
 
 
-def wrong_at_the_third(item: Looked) -> Acquired:
+def wrong_at_the_third(item: SegmentedFrame) -> Acquired:
     if item.frame.index == 2:
         raise ZeroDivisionError("a defect")
     return nothing(item)
@@ -90,10 +88,10 @@ def workers() -> Iterator[FrameWorkers]:
 
 
 def test_the_memory_is_that_of_one_process_with_all_its_views(tmp_path: Path, workers: FrameWorkers) -> None:
-    one = map_frames(frames(), Eyes(), new_store(tmp_path / "one.belief"), Words())
-    many = map_frames([*frames(), *frames(2)], Eyes(), new_store(tmp_path / "many.belief"), Words(), each=workers.each)
+    one = map_frames(frames(), Eyes(), new_store(tmp_path / "one.belief"), words())
+    many = map_frames([*frames(), *frames(2)], Eyes(), new_store(tmp_path / "many.belief"), words(), each=workers.each)
     assert many.state_hash == one.state_hash
-    files = [ObjectMemory.open(tmp_path / name, Words()) for name in ("one.belief", "many.belief")]
+    files = [ObjectMemory.open(tmp_path / name, words()) for name in ("one.belief", "many.belief")]
     views = [[(v.key, file.surroundings.picture(v)) for v in file.surroundings.views] for file in files]
     assert views[0] == views[1] and 1 < len(views[0]) < 9
     crops = [[o.provenance.crop_jpeg for o in file.observations if o.provenance] for file in files]
@@ -103,7 +101,7 @@ def test_the_memory_is_that_of_one_process_with_all_its_views(tmp_path: Path, wo
 def test_what_perception_raises_ends_it_after_all_frames_before_are_kept(tmp_path: Path, workers: FrameWorkers) -> None:
     with new_store(tmp_path / "a.belief") as store:
         with pytest.raises(RuntimeError, match="out of memory"):
-            map_frames(frames(), Eyes(fails_at=3), store, Words(), each=workers.each)
+            map_frames(frames(), Eyes(fails_at=3), store, words(), each=workers.each)
         assert store.taken.frames == 3
 
 
@@ -117,7 +115,7 @@ def test_what_a_frame_raises_comes_in_its_turn(workers: FrameWorkers) -> None:
 def test_no_more_frames_are_held_than_the_workers_wait_for(workers: FrameWorkers) -> None:
     held = most = 0
 
-    def counted() -> Iterator[Looked]:
+    def counted() -> Iterator[SegmentedFrame]:
         nonlocal held, most
         for item in looked(20):
             held += 1
