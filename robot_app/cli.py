@@ -6,7 +6,9 @@ import argparse
 import importlib
 import json
 import os
+import shutil
 import sys
+import textwrap
 from collections.abc import Iterator
 from typing import Any, NoReturn
 
@@ -51,14 +53,22 @@ def shown(sentence: str) -> str:
 
 class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
-        self.exit(2, f"openbelief: {shown(message)}{shown(_quotes(message))}\nTry '{self.prog} --help'.\n")
+        self.exit(2, f"openbelief: {shown(message)}{shown(_quotes(self.prog, message))}\nTry '{self.prog} --help'.\n")
 
 
-def _quotes(message: str) -> str:
-    """Loose words that no option wants are nearly always a sentence without its quotes."""
+def _quotes(program: str, message: str) -> str:
+    """Loose words where a sentence belongs are nearly always one without its quotes."""
     head, _, words = message.partition("unrecognized arguments: ")
-    loose = not head and words and not any(word.startswith("-") for word in words.split())
+    asked = program in ("openbelief query", "openbelief ask")
+    loose = asked and not head and words and not any(word.startswith("-") for word in words.split())
     return '. A sentence of several words goes in quotes: "take me to the chair".' if loose else ""
+
+
+def _fitting(text: str) -> str:
+    """Paragraphs as wide as argparse makes the rest of its help; lines that are indented stay as they are."""
+    width = shutil.get_terminal_size().columns - 2
+    paragraphs = text.split("\n\n")
+    return "\n\n".join(each if "\n " in each else textwrap.fill(each, width) for each in paragraphs)
 
 
 def build_parser(verb: str | None) -> Parser:
@@ -67,7 +77,7 @@ def build_parser(verb: str | None) -> Parser:
         module = importlib.import_module(f"robot_app.verbs.{verb}")
         parser = Parser(
             prog=f"openbelief {verb}",
-            description=(module.__doc__ or VERBS[verb]).strip(),
+            description=_fitting((module.__doc__ or VERBS[verb]).strip()),
             epilog=f"example:\n  {module.EXAMPLE}",
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )

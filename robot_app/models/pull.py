@@ -27,7 +27,10 @@ def pull(
     """Every file of a "hub" row into FOLDER/checkpoints/NAME. Raises Failure; a wrong file is deleted, a cut one
     is resumed."""
     if model.source != "hub":
-        raise Failure(f"{name} is not on the hub: {model.repository}. Put its files into {folder}, then models check.")
+        raise Failure(
+            f"{name} is not on the hub: {model.repository}. docs/perception.md says how to get its files; put them "
+            f"into {folder}, then models check."
+        )
     (folder / CHECKPOINTS / name).mkdir(parents=True, exist_ok=True)
     lock = Lock(folder)
     return [_pull_file(name, model, file, folder, lock, endpoint, tell) for file in model.files]

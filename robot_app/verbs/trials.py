@@ -7,6 +7,8 @@ same folder are no trials, and are left out.
 from __future__ import annotations
 
 import argparse
+import shutil
+import textwrap
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -30,22 +32,28 @@ def run(options: argparse.Namespace) -> int:
         print_json({"trials": [_as_json(summary) for summary in found]})
         return 0
     for summary in found:
-        print(_line(summary))
+        print(_entry(summary))
     if not found:
         print(f"no trials in {options.folder}")
     return 0
 
 
-def _line(summary: Any) -> str:
+def _entry(summary: Any) -> str:
+    """A trial in lines that fit a terminal: which, what was asked, how it ended, what was tried."""
     from logs.structured import neutralise
 
     if summary.broken:
-        return neutralise(f"{summary.path.name}: cannot be read: {summary.broken}")
+        return _fitted(neutralise(f"{summary.path.name}: cannot be read: {summary.broken}"), "")
     tried = "; ".join(f"{label}: {verdict}" for label, verdict in summary.candidates) or "no candidate"
-    return neutralise(
-        f"{summary.path.name}  {_when(summary.started_ns)}  {summary.sentence!r}  {summary.end} ({summary.reason})  "
-        f"visits {summary.visits}  [{tried}]{'  simulated' if summary.simulated else ''}"
-    )
+    simulated = "  simulated" if summary.simulated else ""
+    head = f"{summary.path.name}  {_when(summary.started_ns)}{simulated}"
+    lines = (f"{summary.sentence!r}: {summary.end}, visits {summary.visits}", summary.reason, tried)
+    return "\n".join([neutralise(head), *(_fitted(neutralise(line), "  ") for line in lines if line)])
+
+
+def _fitted(text: str, indent: str) -> str:
+    width = shutil.get_terminal_size().columns
+    return textwrap.fill(text, width, initial_indent=indent, subsequent_indent=indent or "  ")
 
 
 def _when(stamp_ns: int) -> str:

@@ -146,6 +146,22 @@ def test_a_sentence_without_its_quotes_gets_the_hint(verb, capsys):
     assert "goes in quotes" not in capsys.readouterr().err
 
 
+def test_a_loose_word_where_no_sentence_belongs_gets_no_hint_on_sentences(capsys):
+    with pytest.raises(SystemExit):
+        main(["models", "check", "models"])
+    assert "goes in quotes" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_help_fits_a_terminal_of_80_columns(verb, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    with pytest.raises(SystemExit):
+        main([verb, "--help"])
+    shown = capsys.readouterr().out
+    body = shown.split("example:")[0].splitlines()
+    assert [line for line in body if len(line) > 80] == []
+
+
 @pytest.mark.parametrize(
     ("module", "kind"), [("open3d", "ImportError"), ("structlog", "RuntimeError"), ("open3d", "RuntimeError")]
 )
