@@ -39,7 +39,7 @@ def robot(monkeypatch):
             lidar=None,
             battery=None,
             navigator=SimpleNamespace(unavailable=lambda: None),
-            site=SimpleNamespace(wires={word: Wire(ours, BridgeKeys(), TopicsSection()) for word in ("ros", "sim")}),
+            wiring=SimpleNamespace(wires={word: Wire(ours, BridgeKeys(), TopicsSection()) for word in ("ros", "sim")}),
             guard=WatchdogGuard(far),
         )
 
