@@ -125,7 +125,8 @@ def _remote(options: argparse.Namespace) -> int:
             ZenohLink(link_config(config)) as link,
             RemoteOperator(link, who, namespace, over=options.take_over) as operator,
         ):
-            sentence = options.sentence or _heard(options.audio, config, operator, who)
+            may_correct = sys.stdin.isatty() and not options.yes
+            sentence = options.sentence or _heard(options.audio, config, operator, who, may_correct=may_correct)
             outcome = RemoteAsking(operator, who, approve=options.yes).run(sentence)
     except (ConfigError, PortError, Refused, ValueError) as error:
         hint = " (--take-over does)" if isinstance(error, Refused) and "take over" in str(error) else ""
@@ -137,7 +138,7 @@ def _remote(options: argparse.Namespace) -> int:
     return 0 if outcome["end"] == "CONFIRMED" else 1
 
 
-def _heard(audio: Path, config: Config, operator: RemoteOperator, who: str) -> str:
+def _heard(audio: Path, config: Config, operator: RemoteOperator, who: str, *, may_correct: bool) -> str:
     """What the recording says; a stop stops the robot there. Raises Failure then, and where nothing was said."""
     from robot_app.voice import asking
     from robot_app.voice.audio import AudioError
@@ -150,8 +151,29 @@ def _heard(audio: Path, config: Config, operator: RemoteOperator, who: str) -> s
         raise Failure(str(error)) from error
     if utterance.stop:
         operator.stop(who)
-    asking.show(utterance, lambda line: print(line, file=sys.stderr))
-    return utterance.transcript
+    asking.show(utterance, _to_screen)
+    return _typed_instead(operator, who) or utterance.transcript if may_correct else utterance.transcript
+
+
+def _to_screen(line: str) -> None:
+    from logs.structured import neutralise
+
+    print(neutralise(line), file=sys.stderr, flush=True)
+
+
+def _typed_instead(operator: RemoteOperator, who: str) -> str:
+    """What the person at this terminal types instead, "" for Enter. Raises Failure: a stop, or the input has ended."""
+    from robot_app.mission.terminal import STOP_WORDS
+    from robot_app.voice import asking
+
+    _to_screen(CORRECT)
+    line = next(iter(sys.stdin), None)
+    if line is None:
+        raise Failure("nothing was asked: the input has ended")
+    if (word := line.strip().lower().rstrip("!.")) in STOP_WORDS:
+        operator.stop(who)
+        raise Failure(asking.A_TYPED_STOP.format(word=word))
+    return line.strip()
 
 
 class _Correction:

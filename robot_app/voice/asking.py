@@ -20,6 +20,7 @@ from robot_app.voice.suggestions import memory_phrases
 
 HOW = "voice"
 A_STOP = "the recording says {word!r}: that is a stop, and nothing was asked"
+A_TYPED_STOP = "{word!r} was typed: that is a stop, and nothing was asked"
 
 
 @dataclass(frozen=True)

@@ -12,11 +12,14 @@ import pytest
 
 from drivers.ports import Approval, Option, Question, Reply
 from openbelief.memory import ObjectMemory
+from robot_app.cli import Failure
+from robot_app.config import Config
 from robot_app.mission.operator import SharedOperator
 from robot_app.remote import messages as m
 from robot_app.remote.asking import RemoteAsking
 from robot_app.remote.server import RemoteServer
 from robot_app.text_encoders import text_encoder_by_id
+from robot_app.verbs.ask import _heard
 from tests.support.waiting import until
 
 
@@ -238,3 +241,33 @@ def test_yes_from_afar_is_no_yes_to_a_doubt(doubt: str, answer: str) -> None:
     commands.doubt = doubt
     RemoteAsking(commands, "ada", approve=True, source=io.StringIO(), sleep=lambda _: None).run("go to the sofa")
     assert commands.answers == [answer]
+
+
+class Asked:
+    """The operator over there: what it is told."""
+
+    def __init__(self) -> None:
+        self.did: list[str] = []
+
+    def stop(self, who: str) -> None:
+        self.did.append(f"stop by {who}")
+
+
+@pytest.mark.parametrize(
+    ("file", "typed", "asked", "did"),
+    [
+        ("go_to_the_armchair", "\n", "Go to the armchair.", []),
+        ("go_to_the_armchair", "find the sofa\n", "find the sofa", []),
+        ("go_to_the_armchair", "stop!\n", "'stop' was typed: that is a stop", ["stop by ada"]),
+        ("go_to_the_armchair", "", "the input has ended", []),
+        ("stop", "\n", "that is a stop, and nothing was asked", ["stop by ada"]),
+    ],
+)
+def test_what_a_recording_says_may_be_corrected_before_it_is_asked_from_afar(monkeypatch, file, typed, asked, did):
+    monkeypatch.setattr("sys.stdin", io.StringIO(typed))
+    there, speech = Asked(), Path(__file__).parents[1] / "voice" / "speech"
+    try:
+        said = _heard(speech / f"{file}.wav", Config(), there, "ada", may_correct=True)
+    except Failure as refused:
+        said = str(refused)
+    assert asked in said and there.did == did
