@@ -36,14 +36,6 @@ def test_goal_poses_are_as_far_as_a_plain_search_says(capsys: pytest.CaptureFixt
     assert rows[2]["poses"] > 0 and rows[2]["equal"] is True and rows[2]["way_m"] > rows[0]["way_m"]
 
 
-def test_a_way_across_the_site_is_about_as_long_as_a_plain_search_says(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("openbelief.ways.EXACT", 100)
-    row, *_ = result(capsys, "goal", "--site", "100", "--rooms-away", "6")["candidates"]
-    assert row["way_m"] > 40 and row["equal"] is True
-
-
 def test_a_file_opens_with_all_that_was_written_and_answers_before_it_is_all_read(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
