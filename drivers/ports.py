@@ -89,7 +89,7 @@ class SafetyVerdict:
 
 
 class NavigationStatus(StrEnum):
-    """How a navigation goal ended, as the navigator says. That the robot stands at the goal is for eyes to see."""
+    """How a navigation goal ended, as the navigator says. Whether the robot stands there is checked by its pose."""
 
     SUCCEEDED = "succeeded"  # by its result message; a status alone is not enough
     ABORTED = "aborted"  # Nav2 gave up: code and message say why
@@ -248,7 +248,7 @@ class PoseSource(Protocol):
         ...
 
     def stamped_pose(self, max_age_s: float) -> StampedPose:
-        """The same with its stamp, so that a pose that is told twice is no second look."""
+        """The same with its stamp, so that a pose read twice is not taken for two measurements."""
         ...
 
 

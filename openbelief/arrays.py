@@ -1,4 +1,4 @@
-"""Checks at the door: arrays are refused here, with one clear line, so that nothing behind the door checks again."""
+"""Checks of input: arrays are refused here, with one clear line, so that no other code checks again."""
 
 from __future__ import annotations
 

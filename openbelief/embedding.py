@@ -1,4 +1,4 @@
-"""Words and classes as unit rows: what an encoder gives is checked at the door."""
+"""Words and classes as unit rows: what an encoder gives is checked here."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ class GoalPose:
 
 @dataclass(frozen=True, slots=True)
 class GoalSearch:
-    """Poses, best first, each a really different view; where there is none `reason` is a sentence for the operator.
+    """Poses, best first, views that differ; where there is none `reason` is a sentence for the operator.
 
     blind: then, the poses where the robot could still stand, those that show most of it first; for a person to decide.
     """

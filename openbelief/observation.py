@@ -51,7 +51,7 @@ class Intrinsics:
         return pixels[:, 0, :]
 
 
-@dataclass(frozen=True, eq=False)  # arrays have no one truth: each is equal to itself
+@dataclass(frozen=True, eq=False)  # comparing arrays gives an array, so observations are compared by identity
 class RgbdFrame:
     """One posed RGB-D image (I_t, D_t, T_t), depth aligned to colour.
 
@@ -78,7 +78,7 @@ class RgbdFrame:
             raise ValueError(f"Frame {self.index}: T_map_camera should be a finite (4, 4) transform.")
 
 
-@dataclass(frozen=True, eq=False)  # arrays have no one truth: each is equal to itself
+@dataclass(frozen=True, eq=False)  # comparing arrays gives an array, so observations are compared by identity
 class Mask:
     """One segmented thing in a frame: where it is, what it was called, how sure, and what it looks like.
 

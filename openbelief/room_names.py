@@ -26,7 +26,7 @@ THINGS = (
     *("car", "tool", "toy", "ball", "doll", "guitar", "piano", "shoe", "coat", "umbrella", "suitcase", "door"),
     *("phone", "radiator", "fan"),
 )
-WITNESSES = 3  # objects that speak for a name
+WITNESSES = 3  # objects that support a name
 NAMED_FROM = 2.0  # standard deviations over THINGS, the witnesses' mean
 AHEAD = 0.1  # of the next name; nearer than that the objects speak for both
 
@@ -54,14 +54,14 @@ class NameScores:
     labels: tuple[str, ...]
 
     def name(self, objects: Sequence[int]) -> RoomName:
-        """The name that its three best witnesses speak for most."""
+        """The name that the three best objects support most."""
         scores = self.standard[list(objects)] if len(objects) else np.empty((0, len(NAMES)))
         speaking = ~np.isnan(scores[:, 0])
         spoken, ids = scores[speaking], np.array(objects, dtype=np.int64)[speaking]
         if not len(spoken):
             return RoomName(None, 0.0, "no named object stands in it")
         kinds = {label: [k for k, i in enumerate(ids) if self.labels[i] == label] for label in _labels(self, ids)}
-        by_kind = np.array([spoken[rows].max(axis=0) for rows in kinds.values()])  # three doors are one witness
+        by_kind = np.array([spoken[rows].max(axis=0) for rows in kinds.values()])  # three doors count once
         best = -np.sort(-np.vstack((by_kind, np.zeros((WITNESSES, len(NAMES))))), axis=0)[:WITNESSES].mean(axis=0)
         first, second = np.argsort(-best, kind="stable")[:2]
         said = ", ".join(list(kinds)[k] for k in np.argsort(-by_kind[:, first], kind="stable")[:WITNESSES])

@@ -1,4 +1,4 @@
-"""Settings that are checked at the door by pydantic; what is wrong is said in one line that names the setting."""
+"""Settings that pydantic checks when they are made; what is wrong is said in one line that names the setting."""
 
 from __future__ import annotations
 

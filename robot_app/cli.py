@@ -158,7 +158,7 @@ def _ended(error: BaseException, verb: str | None, arguments: list[str]) -> int:
 
 
 def _was_named(path: object, arguments: list[str]) -> bool:
-    """Whether a path is one that the command line names, or lies below one: the system's word on it is no defect."""
+    """Whether a path is one that the command line names, or lies below one: an OSError on it is no defect."""
     name = str(path or "")
     return bool(name) and any(argument and (argument in name or name in argument) for argument in arguments[1:])
 

@@ -57,7 +57,7 @@ class FrameAssembler:
             return None
         since_ns = packet.stamp_ns - self._start_ns
         if -PERIOD_NS <= since_ns < 0:
-            self.late += 1  # its frame has left
+            self.late += 1  # the cloud that it belongs to was already given out
             return None
         if 0 <= since_ns < PERIOD_NS and packet.data_type == self._packets[0].data_type:
             self._gather(packet)

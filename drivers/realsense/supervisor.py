@@ -16,7 +16,7 @@ from drivers.realsense.restarts import ProcessPhase, RestartAction, RestartPolic
 
 LISTEN_S = 0.02
 STOP_S = 1.0  # for a clean stop, then it is killed
-REAP_S = 2.0  # a killed process that still stands hangs in the kernel; we go on without it
+REAP_S = 2.0  # a killed process that is still there hangs in the kernel; we go on without it
 
 Spawn = Callable[[bool], tuple[SpawnProcess, Connection]]
 

@@ -231,7 +231,7 @@ def path_message(path_xy: Array, stamp_ns: int) -> Message:
 
 
 def _require_near(*metres: float) -> None:
-    """Sums and squares of numbers beyond any building overflow where nobody looks for it."""
+    """Larger coordinates would overflow in sums and squares of them, unnoticed."""
     if max(map(abs, metres), default=0.0) > FAR_M:
         raise WireError(f"A position of {max(map(abs, metres)):g} m is on no map.")
 

@@ -40,7 +40,7 @@ def color_image(message: Any) -> Array:
     """
     if message.__msgtype__ == COMPRESSED_IMAGE:
         pixels = _decompress(message.data, cv2.IMREAD_COLOR, message.format, ImageReason.COLOR_ENCODING)
-        # image_transport says how it ordered the channels before it compressed them; JPEG and PNG think in RGB
+        # image_transport says how it ordered the channels before it compressed them; JPEG and PNG decode to RGB
         return pixels if _order_of(message.format).startswith("rgb") else cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB)
     encoding = COLOR_ENCODINGS.get(message.encoding)
     if encoding is None:
@@ -68,7 +68,7 @@ def depth_image(message: Any) -> Array:
 
 
 def fitted_depth(depth_m: Array, shape: tuple[int, int]) -> Array:
-    """Depth that sees what colour sees, in its (height, width): each pixel takes the nearest. Raises ImageRefused.
+    """Depth of colour's view, resampled to its (height, width) by the nearest pixel. Raises ImageRefused.
 
     Only the same proportions are the same view.
     """

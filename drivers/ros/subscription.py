@@ -68,7 +68,7 @@ class Subscription:
 def listen(
     link: ZenohLink, keys: Keys, topic: Topic, use: Callable[[Message], None], decoder: Decoder | None = None
 ) -> Subscription:
-    """Subscribe to a topic behind the door that drops what cannot be used."""
+    """Subscribe to a topic; what cannot be used is dropped before the callback."""
     intake = Subscription(topic.name, topic.type_name, topic.max_bytes, decoder or codec(), use)
     link.subscribe(keys.topic(topic), intake, history=topic.latched)
     return intake

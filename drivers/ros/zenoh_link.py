@@ -65,7 +65,7 @@ class LinkConfig:
 
 @dataclass(frozen=True)
 class Replies:
-    """What a query brought. None of both is ambiguous: nobody there, a request it could not read, or a dead link."""
+    """What a query brought. None of both: no queryable, one that could not read the request, or a dead link."""
 
     payloads: tuple[bytes, ...] = ()
     errors: tuple[str, ...] = ()

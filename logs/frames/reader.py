@@ -218,7 +218,7 @@ class FrameReader:
         return RgbdFrame(planned.index, planned.stamp_ns, pixels, depth_m, camera, planned.T_map_camera, self.recording)
 
     def _scaled_depth(self, planned: PlannedFrame, depth_m: Array, shape: tuple[int, int]) -> Array:
-        """Depth that sees what colour sees, in other pixels, in colour's: each takes its nearest. Raises SkipFrame."""
+        """Depth of colour's view, resampled to colour's size by the nearest pixel. Raises SkipFrame."""
         (height, width), (h, w) = shape, depth_m.shape
         try:
             fitted = fitted_depth(depth_m, shape)

@@ -1,4 +1,4 @@
-"""The simulated robot's senses in a rendered flat: images with a D435's depth noise, and lidar scans."""
+"""The simulated robot's sensors in a rendered flat: images with a D435's depth noise, and lidar scans."""
 
 from __future__ import annotations
 
