@@ -43,6 +43,32 @@ EVERYWHERE = [
 ]
 
 
+SUBJECTS: list[dict[str, Any]] = [
+    {"id": "the robot itself", "interfaces": ["lo"], "link_protocols": ["tcp"]},
+    {"id": ROBOT, "cert_common_names": [ROBOT]},
+    {"id": WORKSTATION, "cert_common_names": [WORKSTATION]},
+    {"id": VIEWER, "cert_common_names": [VIEWER]},
+    {"id": OPERATOR, "cert_common_names": [OPERATOR]},
+    {"id": AGENT, "cert_common_names": [AGENT]},
+]
+# rules by name -> who may
+POLICIES: list[dict[str, list[str]]] = [
+    {"rules": ["all"], "subjects": ["the robot itself", ROBOT]},
+    {
+        "rules": ["hear", "listen", "ask for the past", "ask whether Nav2 is up"],
+        "subjects": [WORKSTATION, VIEWER],
+    },
+    {
+        "rules": ["be told of", "command", "live", "be alive", "serve the operator", "be asked"],
+        "subjects": [WORKSTATION],
+    },
+    {"rules": ["hear", "be told of"], "subjects": [OPERATOR, AGENT]},
+    {"rules": ["look and stop"], "subjects": [VIEWER]},
+    {"rules": ["propose"], "subjects": [AGENT]},
+    {"rules": ["ask and confirm"], "subjects": [OPERATOR, WORKSTATION]},
+]
+
+
 @dataclass(frozen=True)
 class ZenohNetwork:
     """robot: the robot's address, and `port` on it. folder: where the robot's files lie on the robot."""
@@ -125,51 +151,33 @@ class ZenohNetwork:
         return {
             "enabled": True,
             "default_permission": "deny",
-            "rules": [
-                _rule("all", EVERYTHING, ["ingress", "egress"], EVERYWHERE),
-                _rule("hear", HEARS, ["egress"], EVERYWHERE),
-                _rule("be told of", ["declare_subscriber", "declare_queryable"], ["egress"], EVERYWHERE),
-                _rule("listen", READS[:3], ["ingress"], EVERYWHERE),
-                _rule("ask for the past", ["query"], ["ingress"], ["**/@adv/**"]),
-                _rule(
-                    "ask whether Nav2 is up",
-                    ["query"],
-                    ["ingress"],
-                    [self.keys.service(IS_ACTIVE), bridge_version_key()],
-                ),
-                _rule("command", ["query"], ["ingress"], self.command_keys()),
-                _rule("serve the operator", ["declare_queryable", "reply"], ["ingress"], self.operator_keys(VERBS)),
-                _rule("be asked", ["query"], ["egress"], self.operator_keys(VERBS)),
-                _rule("look and stop", ["query"], ["ingress"], self.operator_keys(LOOKS)),
-                _rule("propose", ["query"], ["ingress"], self.operator_keys(AGENT_MAY)),
-                _rule("ask and confirm", ["query"], ["ingress"], self.operator_keys(VERBS)),
-                _rule("live", ["put", "delete"], ["ingress"], [WatchdogKeys(self.keys).heartbeat]),
-                _rule("be alive", ["liveliness_token"], ["ingress"], [WatchdogKeys(self.keys).token()]),
-            ],
-            "subjects": [
-                {"id": "the robot itself", "interfaces": ["lo"], "link_protocols": ["tcp"]},
-                {"id": ROBOT, "cert_common_names": [ROBOT]},
-                {"id": WORKSTATION, "cert_common_names": [WORKSTATION]},
-                {"id": VIEWER, "cert_common_names": [VIEWER]},
-                {"id": OPERATOR, "cert_common_names": [OPERATOR]},
-                {"id": AGENT, "cert_common_names": [AGENT]},
-            ],
-            "policies": [
-                {"rules": ["all"], "subjects": ["the robot itself", ROBOT]},
-                {
-                    "rules": ["hear", "listen", "ask for the past", "ask whether Nav2 is up"],
-                    "subjects": [WORKSTATION, VIEWER],
-                },
-                {
-                    "rules": ["be told of", "command", "live", "be alive", "serve the operator", "be asked"],
-                    "subjects": [WORKSTATION],
-                },
-                {"rules": ["hear", "be told of"], "subjects": [OPERATOR, AGENT]},
-                {"rules": ["look and stop"], "subjects": [VIEWER]},
-                {"rules": ["propose"], "subjects": [AGENT]},
-                {"rules": ["ask and confirm"], "subjects": [OPERATOR, WORKSTATION]},
-            ],
+            "rules": self._rules(),
+            "subjects": SUBJECTS,
+            "policies": POLICIES,
         }
+
+    def _rules(self) -> list[dict[str, Any]]:
+        return [
+            _rule("all", EVERYTHING, ["ingress", "egress"], EVERYWHERE),
+            _rule("hear", HEARS, ["egress"], EVERYWHERE),
+            _rule("be told of", ["declare_subscriber", "declare_queryable"], ["egress"], EVERYWHERE),
+            _rule("listen", READS[:3], ["ingress"], EVERYWHERE),
+            _rule("ask for the past", ["query"], ["ingress"], ["**/@adv/**"]),
+            _rule(
+                "ask whether Nav2 is up",
+                ["query"],
+                ["ingress"],
+                [self.keys.service(IS_ACTIVE), bridge_version_key()],
+            ),
+            _rule("command", ["query"], ["ingress"], self.command_keys()),
+            _rule("serve the operator", ["declare_queryable", "reply"], ["ingress"], self.operator_keys(VERBS)),
+            _rule("be asked", ["query"], ["egress"], self.operator_keys(VERBS)),
+            _rule("look and stop", ["query"], ["ingress"], self.operator_keys(LOOKS)),
+            _rule("propose", ["query"], ["ingress"], self.operator_keys(AGENT_MAY)),
+            _rule("ask and confirm", ["query"], ["ingress"], self.operator_keys(VERBS)),
+            _rule("live", ["put", "delete"], ["ingress"], [WatchdogKeys(self.keys).heartbeat]),
+            _rule("be alive", ["liveliness_token"], ["ingress"], [WatchdogKeys(self.keys).token()]),
+        ]
 
     def command_keys(self) -> list[str]:
         """What moves the robot or stops it: goals, results, cancels, and the watchdog's reset."""

@@ -50,7 +50,7 @@ class LocalisationError:
 
 
 class SimRobot:
-    """A G1 as a planar pose that follows a path. Moves only while its clock sleeps; every method may be called from any thread.
+    """A G1 as a planar pose that follows a path while its clock sleeps. Any thread may call every method.
 
     pose: the true one; `believed_pose` is what localisation reports (the same where there is no error).
     """
