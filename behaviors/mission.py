@@ -63,6 +63,7 @@ from openbelief.goal_pose import GoalSearch, goal_poses
 from openbelief.grounded.options import GroundedOptions
 from openbelief.memory import ObjectMemory
 from openbelief.parameters import Parameters
+from openbelief.request import parse
 from openbelief.verification import Verdict
 
 RANKED = 10  # candidates whose scores are written down
@@ -101,13 +102,13 @@ class Mission:
             "exclude": self._exclude,
         }
 
-    def run(self, sentence: str, *, who: str = "", how: str = "") -> Outcome:
+    def run(self, sentence: str, *, who: str = "", how: str = "", after: str = "") -> Outcome:
         """One query to its end. Raises ValueError where the sentence names nothing; other trouble ends in FAULT.
 
-        who, how: who asks, and by which client.
+        who, how: who asks, and by which client. after: the sentence that "it" and "the other one" refer to.
         """
-        query = QueryProgress(self._memory.asked(sentence))
-        self._journal.write(records.Query(sentence=sentence, who=who, how=how))
+        query = QueryProgress(self._memory.asked(parse(sentence, parse(after) if after else None)))
+        self._journal.write(records.Query(sentence=sentence, who=who, how=how, after=after))
         machine, step, frozen = MissionMachine(), Step(Event.ASKED, ""), fingerprint(self._memory)
         while not machine.is_terminated:
             source = str(machine.current_state_value)

@@ -24,6 +24,7 @@ class Query(Input):
     sentence: str
     who: str = ""
     how: str = ""  # by which client: terminal, console, voice ...
+    after: str = ""  # the sentence before, where "it" or "the other one" is of that
 
 
 class NavigatorState(Input):

@@ -42,6 +42,8 @@ def parse(sentence: str, before: Request | None = None) -> Request:
     said = Clauses(BRACKETS.sub(r" , \1", words).replace(",", " , ").split())
     said.read()
     target = _target(said, before)
+    if target != " ".join(said.thing):
+        text = target  # "other one" names nothing that a picture could be compared with
     if target in w.ARTICLES or not any(letter.isalnum() for letter in target):
         target = "something" if said.place or said.relations or said.negations or said.which else text
     if _says_nothing(target) and not (said.place or said.relations):

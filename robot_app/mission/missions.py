@@ -18,6 +18,7 @@ from logs.structured import configure
 from logs.trial.journal import Entry, Journal
 from openbelief.memory import ObjectMemory
 from openbelief.perception.ports import TextEncoder
+from openbelief.request import command, parse
 from robot_app.app import Robot, mission_perception, mission_text_encoder, open_robot
 from robot_app.config import Config, ConfigError, dump_config
 from robot_app.mission.attended import attended
@@ -54,6 +55,7 @@ class Missions:
         """kept: the configuration that trials keep, where it is another: a simulated robot's behind its wire."""
         self._config, self._memory_path, self._kept = config, memory_path, kept or config
         self._trial: Journal | None = None
+        self._named = ""  # the last sentence that names a thing
         self._parameters = config.mission_parameters(memory.parameters)
         self.watch, self.robot, self.memory = watch, robot, memory
         perception = mission_perception(config, mission_text_encoder(config))
@@ -76,6 +78,7 @@ class Missions:
         who, how: who asks, and by which client. watching: see everything as it is written.
         notes: of how it was asked, for the trial. insist: drive there although the map may hold no such thing.
         """
+        after = self._after(sentence)
         self.watch.heartbeat.resume()
         trial_id = f"{self.robot.clock.now_ns()}"
         path = trial or _unused(self._config.trials / f"trial_{trial_id}.mcap")
@@ -95,6 +98,7 @@ class Missions:
                 configuration=dump_config(self._kept),
                 who=who,
                 how=how,
+                after=after,
                 watching=watching,
                 notes=notes,
                 opened=self._opened,
@@ -104,6 +108,16 @@ class Missions:
         if USE_THE_REMOTE in outcome.reason.lower():
             self.watch.heartbeat.abandon()  # our cancel went unanswered: the watchdog on the robot cancels there
         return RecordedMission(outcome, path, failure)
+
+    def _after(self, sentence: str) -> str:
+        """The last sentence that names a thing, where this one is of it ("the other one"); else "", and this is it."""
+        if command(sentence) is not None:
+            return ""
+        request = parse(sentence)
+        if self._named and parse(sentence, parse(self._named)).target != request.target:
+            return self._named
+        self._named = self._named if request.generic else sentence
+        return ""
 
     def note(self, note: Entry) -> None:
         """Keep it in the trial of the mission under way, from any thread; between missions there is none to keep it."""

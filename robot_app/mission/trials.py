@@ -80,13 +80,15 @@ def run_recorded(
     configuration: str | None = None,
     who: str = "",
     how: str = "",
+    after: str = "",
     watching: Sequence[Journal] = (),
     notes: Sequence[Entry] = (),
     opened: Callable[[Journal], None] | None = None,
 ) -> tuple[Outcome, str | None]:
     """One mission, recorded to `path`: its outcome, and why the recording failed (None where it did not).
 
-    who, how: who asked, by which client. watching: journals that see what the file does, as it is written.
+    who, how: who asked, by which client. after: the sentence that "the other one" refers to.
+    watching: journals that see what the file does, as it is written.
     notes: of before the mission, for the trial: how it was asked. opened: is given the trial, for more of them.
     Raises ValueError where the sentence names nothing; no file is begun then.
     """
@@ -109,7 +111,9 @@ def run_recorded(
             opened(journal)
         for note in notes:
             seen.write(note.record, note.attached)
-        outcome = Mission(ports, memory, parameters, policy, seen, grounded).run(sentence, who=who, how=how)
+        outcome = Mission(ports, memory, parameters, policy, seen, grounded).run(
+            sentence, who=who, how=how, after=after
+        )
     return outcome, journal.failure
 
 
@@ -140,7 +144,7 @@ def replay_trial(
         parameters = Parameters.from_dict(dict(trial.about.settings["parameters"]))
         policy = MissionPolicy.from_dict(BEFORE | dict(trial.about.settings["policy"]))
         grounded = GroundedOptions.from_dict(dict(trial.about.settings.get("grounded", {})))
-        Mission(ports, memory, parameters, policy, journal, grounded).run(trial.query.sentence)
+        Mission(ports, memory, parameters, policy, journal, grounded).run(trial.query.sentence, after=trial.query.after)
     if again is not None and again.failure is not None:
         raise TrialError(f"{again.id} could not look at the trial's frames: {again.failure}") from again.failure
     tolerance = EXACTLY if again is None else BY_PERCEPTION

@@ -137,16 +137,18 @@ class Stage:
         self.perceived = 0
         self.journal = ListJournal()
 
-    def run(self, sentence: str = "take me to the fire extinguisher") -> Outcome:
+    def run(self, sentence: str = "take me to the fire extinguisher", after: str = "") -> Outcome:
         """One mission; its replay from the journal must decide the same."""
-        self.outcome = Mission(self.ports, self.memory, self.parameters, self.policy, self.journal).run(sentence)
-        difference = compare_decisions(self.journal.decisions, self.replayed(sentence))
+        mission = Mission(self.ports, self.memory, self.parameters, self.policy, self.journal)
+        self.outcome = mission.run(sentence, after=after)
+        difference = compare_decisions(self.journal.decisions, self.replayed(sentence, after))
         assert difference is None, str(difference)
         return self.outcome
 
-    def replayed(self, sentence: str) -> list[Record]:
+    def replayed(self, sentence: str, after: str = "") -> list[Record]:
         journal = ListJournal()
-        Mission(replay_ports(self.journal.entries), self.memory, self.parameters, self.policy, journal).run(sentence)
+        mission = Mission(replay_ports(self.journal.entries), self.memory, self.parameters, self.policy, journal)
+        mission.run(sentence, after=after)
         return journal.decisions
 
     def of(self, kind: type[Record]) -> list:

@@ -70,6 +70,19 @@ def test_the_nearest_is_told_from_where_the_robot_stands(stage, make):
     assert outcome.end == "CONFIRMED" and made.memory.objects[outcome.object_id].centroid[0] < 4
 
 
+def test_the_other_one_is_of_what_was_asked_for_before(stage, make):
+    def guitars():
+        made = stage([make.box(2.5, 1.0, "guitar", "guitar"), make.box(6.0, 6.0, "guitar", "guitar")])
+        made.policy = dataclasses.replace(made.policy, readout="grounded")
+        return made
+
+    first, again = guitars().run("take me to the guitar"), guitars()
+    other = again.run("the other one", after="take me to the guitar")
+    assert (first.end, other.end) == ("CONFIRMED", "CONFIRMED") and first.object_id != other.object_id
+    [ranking] = again.of(Ranking)
+    assert (ranking.understood["target"], ranking.understood["which"]) == ("guitar", "other")
+
+
 def test_the_papers_readouts_know_no_doubt(room):
     stage = room()
     stage.policy = dataclasses.replace(stage.policy, readout="consensus")

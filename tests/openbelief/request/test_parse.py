@@ -194,6 +194,7 @@ def test_the_sentence_and_what_the_papers_readouts_embed_stay_unchanged():
 def test_it_and_the_other_one_are_what_was_asked_for_before():
     before = parse("take me to the red chair")
     other = parse("the other one", before)
+    assert (other.sentence, other.text) == ("the other one", "red chair")
     assert (other.target, str(other.which)) == ("red chair", "other")
     assert parse("take me to it", before).target == "red chair"
     assert parse("no, the blue one", before).target == "blue chair"

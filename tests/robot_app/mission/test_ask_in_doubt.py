@@ -9,6 +9,7 @@ import pytest
 
 from logs.trial import records
 from logs.trial.reader import TrialReader
+from robot_app.mission.trials import replay_trial
 
 
 @pytest.fixture
@@ -62,3 +63,19 @@ def test_what_the_sentence_came_to_stands_in_the_trial(terminal, config, capsys)
     assert (ranking.readout, ranking.answer) == ("grounded", "unsure")
     queries = [record.sentence for record in found if isinstance(record, records.Query)]
     assert queries == ["find the armchair in the attic, please"]
+
+
+def test_the_other_one_is_of_the_sentence_before_and_its_trial_says_so(terminal, config, keyboard, screen, capsys):
+    """There is one armchair, so the other one is unsure; the second trial replays by itself."""
+    screen.reactions["Ready over"] = lambda: keyboard.type("go to the armchair")
+    screen.reactions["May I walk"] = lambda: keyboard.type("no")
+    screen.reactions["trial: "] = lambda: keyboard.type("the other one")
+    screen.reactions["the map holds only 1"] = lambda: keyboard.type("no", "")
+    assert terminal(["run", "--config", str(config), "--json"]) == 0
+    first, second = (json.loads(line) for line in capsys.readouterr().out.splitlines())
+    trials = [TrialReader(Path(report["trial"])) for report in (first, second)]
+    [one], [two] = ([r for r in trial.records if isinstance(r, records.Query)] for trial in trials)
+    assert (one.after, two.sentence, two.after) == ("", "the other one", "go to the armchair")
+    [ranking] = [r for r in trials[1].records if isinstance(r, records.Ranking)]
+    assert (ranking.understood["target"], ranking.understood["which"]) == ("armchair", "other")
+    assert replay_trial(Path(second["trial"])).difference is None
