@@ -1,6 +1,7 @@
 """The application's own log: JSON lines for machines, readable lines on a terminal, never a control character.
 
 `with trial_context(trial_id=..., query_id=...)` puts both ids on every line logged inside it, in that thread or task.
+structlog is imported by who logs: a twelfth of a second, and every verb wants `neutralise`.
 """
 
 from __future__ import annotations
@@ -13,8 +14,6 @@ from contextlib import AbstractContextManager
 from datetime import UTC, datetime
 from typing import Any, TextIO
 
-import structlog
-
 from drivers.clock import SystemClock
 from drivers.ports import Clock
 
@@ -24,6 +23,7 @@ HIDDEN = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})  # control, format (bidi over
 
 def configure(clock: Clock, stream: TextIO | None = None, *, json_lines: bool | None = None) -> None:
     """Send the log to `stream` (default: stderr). json_lines: None = JSON unless the stream is a terminal."""
+    import structlog
 
     def write_logger(*_args: Any) -> structlog.WriteLogger:
         return structlog.WriteLogger(stream or sys.stderr)  # the stderr of the moment: it may be replaced and closed
@@ -49,6 +49,8 @@ class _ThroughStructlog(logging.Handler):
     """Drivers and libraries log through the standard library: their lines take the same form and the same stream."""
 
     def emit(self, record: logging.LogRecord) -> None:
+        import structlog
+
         said = record.getMessage()
         structlog.get_logger().log(record.levelno, said, source=record.name, exc_info=record.exc_info)
 
@@ -62,6 +64,8 @@ def _adopt_standard_logging() -> None:
 
 def logger() -> Any:
     """`logger().info("goal_sent", object_id=7)`: an event name and its facts. Unconfigured, it writes to stderr."""
+    import structlog
+
     if not structlog.is_configured():
         configure(SystemClock())
     return structlog.get_logger()
@@ -69,6 +73,8 @@ def logger() -> Any:
 
 def trial_context(**ids: str) -> AbstractContextManager[None]:
     """Bind trial_id, query_id (or more) for the lines logged inside the `with` block."""
+    import structlog
+
     return structlog.contextvars.bound_contextvars(**ids)
 
 

@@ -90,7 +90,7 @@ def _out_of_range(pixels: Array, frame: RgbdFrame, parameters: Parameters) -> st
 def provenance(frame: RgbdFrame, pixels: Array) -> Provenance:
     """Where the mask was and what it looked like, so that a person can be shown it."""
     bbox = mask_bbox(pixels)
-    return Provenance(frame.recording, frame.stamp_ns, bbox, encode_rle(pixels), crop_jpeg(frame.color, bbox))
+    return Provenance(frame.recording, frame.stamp_ns, bbox, encode_rle(pixels, bbox), crop_jpeg(frame.color, bbox))
 
 
 def crop_jpeg(color: Array, bbox: tuple[int, int, int, int]) -> bytes:

@@ -176,13 +176,13 @@ def _short(value: Any) -> str:
     return repr(value)[:40] if isinstance(value, str | numbers.Number | None) else type(value).__name__
 
 
-def encode_rle(pixels: Array) -> Rle:
-    """COCO uncompressed run lengths of an (h, w) bool mask; only the box around it is walked."""
+def encode_rle(pixels: Array, bbox: tuple[int, int, int, int] | None = None) -> Rle:
+    """COCO uncompressed run lengths of an (h, w) bool mask; only the box around it, where it is known, is walked."""
     mask = np.asarray(pixels, dtype=bool)
     height, size = mask.shape[0], mask.size
-    if not mask.any():
+    if bbox is None and not mask.any():
         return {"size": list(mask.shape), "counts": [size] if size else []}
-    x0, y0, x1, y1 = mask_bbox(mask)
+    x0, y0, x1, y1 = bbox or mask_bbox(mask)
     columns = np.zeros((x1 - x0, y1 - y0 + 1), bool)  # with a pixel below each, so that a run ends with its column
     columns[:, :-1] = mask[y0:y1, x0:x1].T
     flat = columns.ravel()
