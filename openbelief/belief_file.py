@@ -42,7 +42,7 @@ from openbelief.pieces import COSINE, PIECE_COLUMNS, RADIUS_M
 from openbelief.rooms import rooms_of
 from openbelief.settings import first_complaint
 from openbelief.store_rows import COLUMNS, FRAMES, first_seal, floats, from_row, row_digest, seal
-from openbelief.stored_observations import Key, StoredObservations
+from openbelief.stored_observations import Key, StoredKeys, StoredObservations
 from openbelief.surroundings import Surroundings, ViewImages
 
 # n observations in canonical order; texts are JSON in UTF-8.
@@ -171,8 +171,7 @@ class BeliefFile:
     def _evidence_of_columns(self) -> Evidence:
         columns = self._sealed(EVIDENCE_COLUMNS)
         recordings, phrases = texts_of(columns["recordings"]), texts_of(columns["phrases"])
-        numbers = zip(*(columns[name].tolist() for name in ("recording", "frame", "mask")), strict=True)
-        keys = [(recordings[recording], frame, mask) for recording, frame, mask in numbers]
+        keys = StoredKeys(recordings, *(columns[name] for name in ("recording", "frame", "mask")))
         rows = self._sealed({"phrase_embedding": NODE_COLUMNS["phrase_embedding"]}, P=len(phrases))
         return self._evidence(
             observations=StoredObservations(keys, partial(self._observation, columns, keys)),

@@ -6,9 +6,35 @@ from collections.abc import Callable, Sequence
 from typing import overload
 from weakref import WeakValueDictionary
 
+from openbelief.arrays import Array
 from openbelief.observation import Observation
 
 Key = tuple[str, int, int]
+
+
+class StoredKeys(Sequence[Key]):
+    """(recording, frame, mask) of each observation of a file, made when it is asked for.
+
+    recordings: their names. recording, frame, mask: (n,) whole numbers, the first into the names. Raises ValueError
+    where it names none.
+    """
+
+    def __init__(self, recordings: Sequence[str], recording: Array, frame: Array, mask: Array) -> None:
+        if len(recording) and not 0 <= recording.min() <= recording.max() < len(recordings):
+            raise ValueError("an observation is of a recording that has no name")
+        self._recordings, self._recording, self._frame, self._mask = recordings, recording, frame, mask
+
+    def __len__(self) -> int:
+        return len(self._recording)
+
+    @overload
+    def __getitem__(self, index: int) -> Key: ...
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[Key]: ...
+    def __getitem__(self, index: int | slice) -> Key | Sequence[Key]:
+        if isinstance(index, slice):
+            return StoredKeys(self._recordings, self._recording[index], self._frame[index], self._mask[index])
+        return self._recordings[self._recording[index]], int(self._frame[index]), int(self._mask[index])
 
 
 class StoredObservations(Sequence[Observation]):
