@@ -20,6 +20,8 @@ from openbelief.rooms import Room
 from openbelief.stored_observations import Key, StoredObservations
 from openbelief.surroundings import Surroundings
 
+HASHED_AT_ONCE = 1 << 16  # observations: of millions, a copy of all would be twice what a file's keys take
+
 
 @dataclass(frozen=True, order=True)
 class FrameRecord:
@@ -119,7 +121,9 @@ class Evidence:
     def _hash_of(self, digests: Array) -> str:
         sha = hashlib.sha256(b"openbelief.memory/1\n")
         objects = self.partition.astype("<u8").reshape(-1, 1).view(np.uint8)
-        sha.update(np.concatenate([digests, objects], axis=1).tobytes())
+        for begin in range(0, len(digests), HASHED_AT_ONCE):
+            part = slice(begin, begin + HASHED_AT_ONCE)
+            sha.update(np.concatenate([digests[part], objects[part]], axis=1).tobytes())
         rest = [self.text_encoder_id, self.feature_text_aligned, self.parameters.to_dict()]
         sha.update(json.dumps(rest, sort_keys=True).encode())
         return sha.hexdigest()

@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 from types import TracebackType
 from typing import Any
 
+import cv2
 import numpy as np
 
 from openbelief.arrays import Array
@@ -134,6 +135,7 @@ def _timed(work: Work, packed: _Packed) -> tuple[Acquired, float]:
 def _begin() -> None:
     """In a worker: Ctrl-C is the parent's to answer, and with the parent, however it ends, ends the worker."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    cv2.setNumThreads(1)  # the workers are the threads
     threading.Thread(target=_end_with, args=(multiprocessing.parent_process(),), daemon=True).start()
 
 
