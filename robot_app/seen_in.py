@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from robot_app.pictures.sightings import view_with_thing
 
 PICTURE_PX = 640
 SHOWN = 10
+FIRST_TIME_OF_DAY_NS = 946_684_800_000_000_000  # the year 2000
 
 
 def views_of_object(memory: ObjectMemory, object_id: int) -> list[View]:
@@ -71,5 +73,13 @@ def told(rows: list[dict[str, Any]], label: str | None) -> list[str]:
     for row in rows[:SHOWN]:
         share = f"{row['share']:.0%} of it" if row["share"] else "by its mask"
         picture = f" -> {row['picture']}" if row["picture"] else " (no picture in this file)"
-        lines.append(f"  {row['recording']} at {row['stamp_ns'] / 1e9:.1f} s: {share}{picture}")
+        lines.append(f"  {row['recording']} at {_when(row['stamp_ns'])}: {share}{picture}")
     return [*lines, *([f"  and {len(rows) - SHOWN} more"] if len(rows) > SHOWN else [])]
+
+
+def _when(stamp_ns: int) -> str:
+    """As a clock on a wall says it; a recording whose stamps are no time of day counts seconds."""
+    if stamp_ns < FIRST_TIME_OF_DAY_NS:
+        return f"{stamp_ns / 1e9:.1f} s"
+    at = datetime.fromtimestamp(stamp_ns / 1e9, UTC)
+    return f"{at:%Y-%m-%d %H:%M:%S}.{at.microsecond // 100_000} UTC"

@@ -38,7 +38,7 @@ def draw_plan(graph: SceneGraph, ranks: Mapping[int, int] | None = None, title: 
         height = f"floor {floor.floor.id}, z = {floor.floor.height_m:.2f} m"
         axes.set_title(height if len(floors) > 1 else "", loc="right", color=INK, fontsize=10)
     if labels:
-        _draw_legend(labels[-1][0], bool(ranks))
+        _draw_legend(figure, bool(ranks))
     if title:
         figure.suptitle(printable(title, 100), color=INK, parse_math=False)
     for axes, texts in labels:
@@ -80,7 +80,7 @@ def _draw_floor(axes: Axes, floor: FloorNode, graph: SceneGraph, ranks: Mapping[
     return names + texts
 
 
-def _draw_legend(axes: Axes, ranked: bool) -> None:
+def _draw_legend(figure: Figure, ranked: bool) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -91,7 +91,7 @@ def _draw_legend(axes: Axes, ranked: bool) -> None:
     ]
     if ranked:
         handles.insert(0, Patch(facecolor=CONFIRMED, edgecolor=INK, label="candidates, best first (object)"))
-    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.06), ncol=4, frameon=False, fontsize=9)
+    figure.legend(handles=handles, loc="outside lower center", ncol=4, frameon=False, fontsize=9)  # never cut off
 
 
 def _draw_walls(axes: Axes, grid: OccupancyGrid) -> None:

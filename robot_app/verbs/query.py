@@ -64,7 +64,7 @@ def run(options: argparse.Namespace) -> None:
         return
     _show(report, wide=options.wide)
     for line in said:
-        print(printable(line, 400))
+        print("  " * line.startswith(" ") + printable(line, 400))
 
 
 def _require_outputs(options: argparse.Namespace) -> None:

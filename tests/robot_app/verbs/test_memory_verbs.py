@@ -11,6 +11,7 @@ from openbelief import ObjectMemory, Observation, Parameters
 from openbelief.observation import Provenance
 from openbelief.perception.sentence import SentenceEncoder
 from robot_app.cli import main
+from robot_app.seen_in import told
 
 BLOCK = (np.stack(np.meshgrid(*[np.arange(6)] * 3), axis=-1).reshape(-1, 3) * 0.02).astype(np.float32)
 SAID = ["red chair", "floor lamp", "[bold]sofa[/bold]\x1b[2J"]
@@ -275,3 +276,12 @@ def test_a_plain_question_loads_no_library_that_takes_longer_than_its_answer(mem
     )
     said = subprocess.run([sys.executable, "-c", script, memory], capture_output=True, text=True, check=True).stdout
     assert said.splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize(
+    ("stamp_ns", "said"),
+    [(0, "0.0 s"), (11_066_666_667, "11.1 s"), (1_780_300_043_733_352_478, "2026-06-01 07:47:23.7 UTC")],
+)
+def test_a_view_is_told_by_the_time_of_day_where_its_stamp_is_one(stamp_ns, said):
+    row = {"object_id": 3, "recording": "walk", "stamp_ns": stamp_ns, "share": 0.5, "picture": "views/a.jpg"}
+    assert told([row], "lamp")[1] == f"  walk at {said}: 50% of it -> views/a.jpg"
