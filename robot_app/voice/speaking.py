@@ -8,7 +8,7 @@ import threading
 from typing import Protocol
 
 from robot_app.config import VoiceSection
-from robot_app.mission.operator import Notice, SharedOperator
+from robot_app.mission.operator import Change, Notice, SharedOperator
 from robot_app.voice.moments import said_aloud
 from robot_app.voice.synthetic import installed
 
@@ -17,11 +17,11 @@ class Voice(Protocol):
     """Neither waits nor raises."""
 
     def say(self, words: str) -> None:
-        """Say it now; what is being said is cut off."""
+        """Say it after what is being said."""
         ...
 
     def hush(self) -> None:
-        """Say no more of it."""
+        """Say no more of it, nor of what waits."""
         ...
 
 
@@ -32,19 +32,18 @@ class Silence:
 
 
 class EspeakVoice:
-    """This machine's loudspeaker, by espeak-ng as a program of its own."""
+    """This machine's loudspeaker: espeak-ng as a program of its own, which says one line after the other."""
 
     def __init__(self, language: str) -> None:
-        self._language = language
-        self._speaking: subprocess.Popen[bytes] | None = None
+        self._command = ["espeak-ng", "-v", language]
+        self._speaking: subprocess.Popen[str] | None = None
 
     def say(self, words: str) -> None:
-        self.hush()
-        command = ["espeak-ng", "-v", self._language, "--", words]
         with contextlib.suppress(OSError):  # taken away meanwhile: the words are on the screen
-            self._speaking = subprocess.Popen(
-                command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-            )
+            speaking = self._program()
+            assert speaking.stdin is not None
+            speaking.stdin.write(f"{words}\n")
+            speaking.stdin.flush()
 
     def hush(self) -> None:
         speaking, self._speaking = self._speaking, None
@@ -52,13 +51,20 @@ class EspeakVoice:
             speaking.kill()
             speaking.wait()
 
+    def _program(self) -> subprocess.Popen[str]:
+        if self._speaking is None or self._speaking.poll() is not None:
+            self._speaking = subprocess.Popen(
+                self._command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, text=True
+            )
+        return self._speaking
+
 
 def local_voice(voice: VoiceSection) -> Voice:
     return EspeakVoice(voice.language) if voice.speak == "auto" and installed("espeak-ng") else Silence()
 
 
 class Speaker:
-    """A listener of the operator that says what matters. A newer sentence cuts off the older one."""
+    """A listener of the operator that says what matters: a STOP at once, other sentences one after the other."""
 
     def __init__(self, operator: SharedOperator, voice: Voice) -> None:
         self._operator, self._voice = operator, voice
@@ -83,5 +89,8 @@ class Speaker:
     def _hear(self, notice: Notice) -> None:
         if words := said_aloud(notice):
             with self._lock:
-                if not self._listening:
-                    self._voice.say(words)
+                if self._listening:
+                    return
+                if notice.change is Change.STOPPED:
+                    self._voice.hush()
+                self._voice.say(words)

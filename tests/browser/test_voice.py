@@ -12,6 +12,7 @@ from playwright.sync_api import Playwright
 from logs.trial.reader import TrialReader
 from logs.trial.records import Spoken
 from robot_app.voice.audio import RATE_HZ, AudioClip
+from robot_app.voice.words import words_of
 from tests.browser.conftest import Site, Tab, finish, tabs, until
 from tests.browser.microphone import AFTER_S, SOUNDS, Microphone, chromium_here
 from tests.browser.steps import robot_at, until_it_stands, walk
@@ -66,6 +67,11 @@ def heard(tab: Tab) -> str:
     return until(lambda: tab.page.locator("#ask-words").input_value(), "the transcript in the ask line")
 
 
+def letters(words: str) -> str:
+    """A browser resamples a little differently each time, and the recogniser spells what it hears by that."""
+    return "".join(words_of(words))
+
+
 def newest_trial(site: Site) -> TrialReader:
     return TrialReader(max(site.folder.glob("trial_*.mcap"), key=lambda path: path.stat().st_mtime))
 
@@ -89,28 +95,32 @@ def confirmed(tab: Tab, most: int = 3) -> None:
 
 def test_what_is_said_at_the_page_is_asked_approved_and_confirmed_and_the_robot_speaks_back(mine, microphone, site):
     say(mine, microphone, SPEECH / "take_me_to_the_fire_extinguisher.wav")
-    assert heard(mine) == "Take me to the fire-extinguisher."
+    transcript = heard(mine)
+    assert letters(transcript) == letters("take me to the fire extinguisher")
     assert mine.words("ask-answer").startswith("Heard with confidence")
     mine.page.keyboard.press("Enter")
     confirmed(mine)
     until(lambda: "trial: " in mine.said(), "the trial is written")
     trial = newest_trial(site)
     [said] = spoken_in(trial)
-    assert (trial.query.sentence, trial.query.how) == ("Take me to the fire-extinguisher.", "console")
-    assert (said.transcript, said.asked) == (trial.query.sentence,) * 2 and 0 < said.confidence <= 1
+    assert (trial.query.sentence, trial.query.how) == (transcript, "console")
+    assert (said.transcript, said.asked) == (transcript, transcript) and 0 < said.confidence <= 1
     sounds = mine.page.evaluate("window.sounds")
     assert len(sounds) >= 3, "the questions, why not, and what was found"
     assert all(each["peak"] > 0.05 and each["seconds"] > 0.4 and not each["listening"] for each in sounds)
+    ends = [each["began"] + 1000 * each.get("lasted", 0) for each in sounds]
+    assert all(end < after["began"] + 50 for end, after in zip(ends, sounds[1:], strict=False)), "one after the other"
     assert mine.trouble() == []
 
 
 @needs_humans
 def test_what_a_person_says_is_asked_approved_and_confirmed(mine, microphone, site):
     say(mine, microphone, SEVEN_OF_CLUBS)
-    assert heard(mine) == "Seven of clubs."
+    transcript = heard(mine)
+    assert letters(transcript) == letters("seven of clubs")
     mine.page.keyboard.press("Enter")
     confirmed(mine)
-    until(lambda: newest_trial(site).query.sentence == "Seven of clubs.", "the trial is written")
+    until(lambda: newest_trial(site).query.sentence == transcript, "the trial is written")
 
 
 def test_a_garbled_thing_of_the_memory_is_suggested_and_only_asked_when_it_is_chosen(mine, microphone, site):
@@ -125,8 +135,8 @@ def test_a_garbled_thing_of_the_memory_is_suggested_and_only_asked_when_it_is_ch
     until(lambda: "trial: " in mine.said(), "the trial is written")
     trial = newest_trial(site)
     [said] = spoken_in(trial)
-    assert (said.transcript, said.asked) == (transcript, "Take me to the fire extinguisher.")
-    assert trial.query.sentence == said.asked
+    assert (said.transcript, said.asked) == (transcript, trial.query.sentence)
+    assert "fire extinguisher" in said.asked
 
 
 @pytest.mark.parametrize("name", ["stop", "stop_heard_as_step"])

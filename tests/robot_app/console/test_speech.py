@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from robot_app.config import VoiceSection
-from robot_app.console import speech
-from robot_app.console.speech import PageVoice
+from robot_app.console import speech as page_speech
+from robot_app.console.speech import KEPT, PageVoice
 from robot_app.voice.audio import clip_of_wav
 from robot_app.voice.synthetic import installed
 from tests.support.waiting import until
@@ -17,29 +17,36 @@ needs_espeak = pytest.mark.skipif(not installed("espeak-ng"), reason="espeak-ng 
 @needs_espeak
 def test_what_is_said_is_in_the_snapshot_and_its_sound_is_given_to_who_is_logged_in(console, page):
     console.operator.tell("I walk to the sofa.")
-    said = page.next_state()["speech"]
-    assert (said["words"], said["sound"]) == ("I walk to the sofa.", True)
-    path = f"/api/speech/{said['n']}.wav"
+    speech = page.next_state()["speech"]
+    assert (speech["said"], speech["sound"]) == ([{"n": 1, "words": "I walk to the sofa."}], True)
+    path = "/api/speech/1.wav"
     status, body, headers = console.visitor("viewer", "vic").get(path)
     assert (status, headers["content-type"]) == (200, "audio/wav") and 0.5 < clip_of_wav(body).seconds < 4.0
     assert console.visitor(None).get(path)[0] == 401
 
 
-def test_an_older_sentence_is_not_given_any_more(console):
-    console.operator.tell("One.")
-    number = console.voice.as_json()["n"]
-    console.operator.tell("Two.")
-    assert console.visitor().get(f"/api/speech/{number}.wav")[0] == 404
+def words(console) -> list[str]:
+    return [each["words"] for each in console.voice.as_json()["said"]]
+
+
+def test_what_is_no_news_any_more_is_not_given_and_a_stop_is_alone(console):
+    for number in range(KEPT + 1):
+        console.operator.tell(f"Number {number}.")
+    assert words(console) == [f"Number {number}." for number in range(1, KEPT + 1)]
+    assert console.visitor().get("/api/speech/1.wav")[0] == 404
+    console.operator.stop(because="ada pressed STOP")
+    assert words(console) == ["Stop: ada pressed STOP."]
 
 
 def test_while_an_operators_page_listens_every_page_is_silent(console, page):
     console.operator.tell("One.")
     with console.visitor().socket("/ws/voice") as socket:
         socket.send(bytes(3200))
-        until(lambda: page.next_state()["speech"]["words"] == "", "silence")
+        until(lambda: page.next_state()["speech"]["said"] == [], "silence")
         console.operator.tell("Two.")
-        assert console.voice.as_json()["words"] == ""
-    until(lambda: (console.operator.tell("Three."), console.voice.as_json()["words"])[1] == "Three.", "its end")
+        assert words(console) == []
+    until(lambda: (console.operator.tell("Three."), words(console))[1], "its end")
+    assert set(words(console)) == {"Three."}
 
 
 def test_a_viewers_microphone_silences_nobody(console):
@@ -48,11 +55,11 @@ def test_a_viewers_microphone_silences_nobody(console):
         socket.send(bytes(3200))
         socket.send("end")
         socket.recv(20.0)
-        assert console.voice.as_json()["words"] == "One."
+        assert words(console) == ["One."]
 
 
 def test_without_espeak_the_page_is_told_to_use_a_voice_of_its_own(monkeypatch):
-    monkeypatch.setattr(speech, "installed", lambda program: False)
+    monkeypatch.setattr(page_speech, "installed", lambda program: False)
     assert PageVoice(VoiceSection()).as_json()["sound"] is False
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import subprocess
 
 import pytest
@@ -78,6 +79,21 @@ def test_while_anybody_is_listened_to_nothing_is_said_and_nothing_is_said_later(
     assert voice.did == ["One.", "(hush)", "(hush)", "Four.", "(hush)"]
 
 
+def test_a_stop_does_not_wait_for_what_is_being_said():
+    operator, voice = SharedOperator(), Kept()
+    with Speaker(operator, voice):
+        operator.tell("This lamp is not confirmed.")
+        operator.tell("I walk to the sofa.")
+        operator.stop(because="ada said stop")
+    assert voice.did == [
+        "This lamp is not confirmed.",
+        "I walk to the sofa.",
+        "(hush)",
+        "Stop: ada said stop.",
+        "(hush)",
+    ]
+
+
 def test_the_body_is_espeak_where_it_is_installed_and_else_or_when_off_silence(monkeypatch):
     monkeypatch.setattr(speaking, "installed", lambda program: True)
     assert isinstance(local_voice(VoiceSection()), EspeakVoice)
@@ -87,10 +103,13 @@ def test_the_body_is_espeak_where_it_is_installed_and_else_or_when_off_silence(m
 
 
 class Program:
-    """Popen's fake body: a program that speaks until it is ended."""
+    """Popen's fake body: a program that says line after line until it is ended."""
 
     def __init__(self, command: list[str], **options: object) -> None:
-        self.command, self.ended = command, False
+        self.command, self.stdin, self.ended = command, io.StringIO(), False
+
+    def poll(self) -> int | None:
+        return 1 if self.ended else None
 
     def kill(self) -> None:
         self.ended = True
@@ -99,7 +118,7 @@ class Program:
         assert self.ended
 
 
-def test_espeak_is_given_the_words_as_words_and_the_newer_sentence_cuts_off_the_older(monkeypatch):
+def test_espeak_is_given_the_words_as_lines_one_program_says_them_and_hush_ends_it(monkeypatch):
     begun: list[Program] = []
     monkeypatch.setattr(
         subprocess, "Popen", lambda *given, **options: begun.append(Program(*given, **options)) or begun[-1]
@@ -107,11 +126,13 @@ def test_espeak_is_given_the_words_as_words_and_the_newer_sentence_cuts_off_the_
     voice = EspeakVoice("en")
     voice.say("--version")
     voice.say("I walk to the sofa.")
-    assert begun[0].command == ["espeak-ng", "-v", "en", "--", "--version"]
+    [program] = begun
+    assert program.command == ["espeak-ng", "-v", "en"] and not program.ended
+    assert program.stdin.getvalue() == "--version\nI walk to the sofa.\n"
+    voice.hush()
+    voice.hush()
+    voice.say("Stop: ada said stop.")
     assert [each.ended for each in begun] == [True, False]
-    voice.hush()
-    voice.hush()
-    assert begun[1].ended
 
 
 def test_an_espeak_that_was_taken_away_ends_no_mission(monkeypatch):
