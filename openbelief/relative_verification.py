@@ -176,6 +176,11 @@ def confirms(relative: RelativeCheck, levels: DoubtLevels, *, first: bool) -> bo
     return likely and relative.lead > 0 and not contradicts(relative.naming, levels)
 
 
+def in_doubt(relative: RelativeCheck, levels: DoubtLevels) -> bool:
+    """Whether a first look that does not confirm decides nothing yet: by one of the two it may be the thing."""
+    return relative.likeness >= levels.unsure or relative.naming.contrast >= 0
+
+
 def level_of(relative: RelativeCheck | None, levels: DoubtLevels, *, first: bool) -> float:
     """H from which it is confirmed: where the readout says *found*.
 
@@ -208,7 +213,7 @@ def _decide(
         like = f"{like}, but with what is seen here {_rival(relative, wanted)} fits {wanted.target!r} better"
     elif relative.likeness < level:
         like = f"{like}: with that the place is {relative.likeness:.2f} like it, needs {level:.2f}"
-    if first and relative.likeness >= levels.unsure:
+    if first and in_doubt(relative, levels):
         return Verdict.DOUBTFUL, f"{like}; too close to tell from one look."
     return Verdict.NO_MATCHING_MASK, f"{like}."
 

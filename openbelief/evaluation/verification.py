@@ -21,7 +21,7 @@ from openbelief.grounded.arrival import RelativeCheck
 from openbelief.grounded.levels import DoubtLevels
 from openbelief.memory import ObjectMemory
 from openbelief.observation import Mask, Observation, RgbdFrame, decode_rle
-from openbelief.relative_verification import Looked, Wanted, confirms, is_unseen, judge_relative, look_at
+from openbelief.relative_verification import Looked, Wanted, confirms, in_doubt, is_unseen, judge_relative, look_at
 from openbelief.request.encoded import EncodedRequest
 from openbelief.verification import semantic_threshold, similarities
 
@@ -53,9 +53,9 @@ class ArrivalCase:
     def confirmed(self, levels: DoubtLevels) -> bool:
         """Whether the relative check confirms: at the first look, or at the second where that one was in doubt."""
         first, both = self.relative
-        if first is not None and first.likeness < levels.unsure:
-            return False
-        return _passes(first, levels, first=True) or _passes(both, levels, first=False)
+        if _passes(first, levels, first=True):
+            return True
+        return (first is None or in_doubt(first, levels)) and _passes(both, levels, first=False)
 
 
 def _passes(relative: RelativeCheck | None, levels: DoubtLevels, *, first: bool) -> bool:

@@ -100,7 +100,8 @@ def check(likeness: float, *, lead: float = 1.0, contrast: float = 0.5, like: fl
     ("first", "both", "confirmed"),
     [
         (check(0.9), None, True),
-        (check(0.5), check(0.9), False),  # not found: no second look
+        (check(0.5, contrast=-0.1), check(0.9), False),  # not found, and called something else: no second look
+        (check(0.5), check(0.9), True),
         (check(0.6), check(0.6), True),  # unsure, and no less like the words than like other phrases
         (check(0.6, contrast=-0.1), check(0.6, contrast=-0.1), False),
         (check(0.9, lead=-0.1), check(0.9), True),
