@@ -18,7 +18,7 @@ test-browser: $(READY)
 
 # The pictures of docs/operator.md, from the same tests: look at them before you commit them.
 screenshots: $(READY)
-	OPENBELIEF_SCREENSHOTS=docs/operator $(PY) -m pytest tests/browser -k "candidate or (walks_cancels and tap) or (screen_holds and closed) or contrast or scrubbed"
+	OPENBELIEF_SCREENSHOTS=docs/operator $(PY) -m pytest tests/browser -k "first_candidate or (walks_cancels and tap) or (screen_holds and closed) or contrast or scrubbed or whatever_is_open or by_name"
 
 lint: $(READY)
 	$(PY) -m ruff check .

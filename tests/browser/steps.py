@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from tests.browser.conftest import SCREENSHOTS, Site, Tab, until
+from tests.browser.conftest import RECORDED, SCREENSHOTS, Site, Tab, until
 
 ASK = "take me to the fire extinguisher"
 THINGS = ("armchair", "bucket") if not SCREENSHOTS else ("laundry basket", "refrigerator")
@@ -49,6 +49,13 @@ def until_idle(tab: Tab) -> None:
 
 def newest_trial(site: Site) -> Path:
     return max(site.folder.glob("trial_*.mcap"), key=lambda path: path.stat().st_mtime_ns)
+
+
+def told_trial(site: Site) -> str:
+    """The name of a whole trial: of another site, or in the pictures the first one, whose story they tell."""
+    if SCREENSHOTS:
+        return min(site.folder.glob("trial_*.mcap"), key=lambda path: path.stat().st_mtime_ns).name
+    return RECORDED.name
 
 
 TYPED = "and"  # half a sentence, when it becomes urgent

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.browser.conftest import DESKTOP, RECORDED, SCREENSHOTS, finish, until
-from tests.browser.steps import ASK, newest_trial
+from tests.browser.conftest import DESKTOP, finish, until
+from tests.browser.steps import ASK, told_trial
 
 WHOLE = (Path(__file__).parent / "covered.js").read_text()
 ALWAYS = ["state", "reason", "commander", "link-age", "battery", "disk", "recording", "stop"]
@@ -63,7 +63,7 @@ def test_stop_and_what_is_always_visible_are_whole_at_every_size_whatever_is_ope
     tab.page.evaluate("location.hash = 'trials'")
     until(lambda: tab.page.locator("a.trial").count(), "the list")
     assert trouble(tab) == {}
-    tab.page.evaluate("(name) => { location.hash = `trials/${name}`; }", trial_name(site))
+    tab.page.evaluate("(name) => { location.hash = `trials/${name}`; }", told_trial(site))
     until(lambda: tab.page.locator(".one .check").count(), "a trial")
     assert trouble(tab) == {}
 
@@ -74,10 +74,6 @@ def answers_in_sight(tab) -> bool:
 
 def dock_height(tab) -> float:
     return tab.page.locator(".dock").bounding_box()["height"]
-
-
-def trial_name(site) -> str:
-    return newest_trial(site).name if SCREENSHOTS else RECORDED.name
 
 
 # What a browser tells that lays out nothing anew for its keyboard (iOS): only the visual viewport becomes lower.

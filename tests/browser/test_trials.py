@@ -7,8 +7,8 @@ import zipfile
 
 import pytest
 
-from tests.browser.conftest import MANY, RECORDED, SCREENSHOTS, until
-from tests.browser.steps import newest_trial, until_idle
+from tests.browser.conftest import MANY, SCREENSHOTS, until
+from tests.browser.steps import newest_trial, told_trial, until_idle
 
 
 def test_two_thousand_trials_are_listed_at_once_and_filtered(open_tab):
@@ -27,7 +27,7 @@ def test_two_thousand_trials_are_listed_at_once_and_filtered(open_tab):
 
 
 def test_a_trial_is_scrubbed_from_its_file_alone(open_tab, site):
-    name = newest_trial(site).name if SCREENSHOTS else RECORDED.name
+    name = told_trial(site)
     tab = open_tab()
     tab.page.goto(f"{site.program.url}/#trials")
     tab.page.reload()
