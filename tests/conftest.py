@@ -18,6 +18,7 @@ from drivers.ros.convert import camera_info_message, depth_message, jpeg_message
 from drivers.ros.messages import Message, codec, encode
 from openbelief.observation import Intrinsics, encode_rle
 from openbelief.pose import T_CAMERA_LINK_OPTICAL, transform
+from support.resident import ResidentMemory
 from support.waiting import until
 
 MS = 1_000_000
@@ -187,6 +188,18 @@ def start_vlm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[...
     yield start
     for server in servers:
         server.kill()
+
+
+@pytest.fixture(scope="session")
+def resident_memory() -> ResidentMemory:
+    return ResidentMemory()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def memory_is_given_back(resident_memory: ResidentMemory) -> Iterator[None]:
+    """Set up before any other fixture of a module, so that it comes last, when what those made is gone."""
+    yield
+    resident_memory.give_back()
 
 
 @pytest.fixture
