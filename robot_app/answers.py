@@ -20,7 +20,7 @@ def request_of(sentence: str) -> Request:
     from robot_app.cli import Failure
 
     if (told := command(sentence)) is not None:
-        raise Failure(f"{sentence!r} is the command {told!r}, not a thing: name what to look for.")
+        raise Failure(f"{sentence!r} is the command {told.value!r}, not a thing: name what to look for.")
     try:
         return parse(sentence)
     except ValueError as error:

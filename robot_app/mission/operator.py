@@ -14,6 +14,7 @@ from enum import StrEnum
 
 from drivers.ports import Approval, Question, Reply, StopRequest
 from logs.trial.journal import Entry
+from robot_app.mission.command_replies import is_stop
 from robot_app.mission.lease import Lease, Leases, Refused
 from robot_app.mission.open_question import OpenQuestion
 from robot_app.mission.sentences import Sentence, Sentences
@@ -174,8 +175,12 @@ class SharedOperator:
     def ask(self, lease: Lease | None, text: str, notes: tuple[Entry, ...] = ()) -> Sentence:
         """Ask for a thing; its mission comes when those before it have ended. Raises Refused.
 
-        notes: for its trial.
+        notes: for its trial. A stop in any words is one, whoever has the command.
         """
+        if is_stop(text):
+            who, how = (lease.who, lease.how) if lease else ("", "")
+            self.stop(because=f"the operator said {text.strip()!r}", who=who, how=how)
+            raise Refused("That is a stop, not a thing to look for: the robot was told to stop.")
         with self._changed:
             held = self._leases.require(lease)
             self._said += 1

@@ -15,6 +15,7 @@ from typing import TextIO
 from drivers.ports import Approval
 from logs.structured import logger, neutralise
 from logs.trial.journal import Entry
+from robot_app.mission.command_replies import is_stop, reply_to
 from robot_app.mission.lease import Lease, Refused
 from robot_app.mission.open_question import OpenQuestion, option_lines
 from robot_app.mission.operator import Change, Notice, SharedOperator
@@ -125,7 +126,7 @@ class Terminal:
     def _take_line(self, line: str) -> None:
         words = " ".join(line.lower().rstrip("!.").split())
         try:
-            if words in STOP_WORDS:
+            if words in STOP_WORDS or is_stop(line):
                 self._operator.stop(because="the operator said stop", who=self.who, how=HOW)
             elif words in self._more:
                 self._more[words]()
@@ -135,6 +136,8 @@ class Terminal:
                 self._answer(asked, line, words)
             elif words in ANSWERS or words == "why" or TAKE.fullmatch(words):
                 self.tell("Nothing is being asked now: say what to look for, or give an empty line to end.")
+            elif (said := reply_to(line)) is not None:
+                self.tell(said)
             elif line:
                 self.ask(line)
             else:

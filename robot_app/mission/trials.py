@@ -28,8 +28,9 @@ from openbelief.memory import ObjectMemory
 from openbelief.parameters import Parameters
 from openbelief.perception.ports import Perception, TextEncoder
 from openbelief.perception.stages import StagedPerception
-from openbelief.request import command, parse
+from openbelief.request import parse
 from robot_app.cli import Failure
+from robot_app.mission.command_replies import reply_to
 from robot_app.perceptions import open_perception
 
 BEFORE = {
@@ -119,8 +120,8 @@ def run_recorded(
 
 def not_a_command(sentence: str) -> None:
     """Raises ValueError where a sentence starts no drive: it is a command, or names nothing."""
-    if (told := command(sentence)) is not None:
-        raise ValueError(f"{sentence.strip()!r} is the command {told!r}, not a thing to look for.")
+    if (said := reply_to(sentence)) is not None:
+        raise ValueError(f"{sentence.strip()!r} starts no drive. {said}")
     parse(sentence)
 
 

@@ -12,6 +12,7 @@ from typing import Any, TextIO
 from drivers.ports import PortError
 from logs.structured import neutralise
 from robot_app.cli import Failure
+from robot_app.mission.command_replies import is_stop
 from robot_app.mission.lease import Refused
 from robot_app.mission.terminal import STOP_WORDS
 from robot_app.remote.client import RemoteOperator
@@ -113,7 +114,7 @@ class RemoteAsking:
     def _read(self) -> None:
         try:
             for line in self._source or ():
-                if line.strip().lower().rstrip("!.") in STOP_WORDS:
+                if line.strip().lower().rstrip("!.") in STOP_WORDS or is_stop(line):
                     self._operator.stop(self._who)
                 else:
                     self._lines.put(line.strip())

@@ -163,6 +163,7 @@ def _to_screen(line: str) -> None:
 
 def _typed_instead(operator: RemoteOperator, who: str) -> str:
     """What the person at this terminal types instead, "" for Enter. Raises Failure: a stop, or the input has ended."""
+    from robot_app.mission.command_replies import is_stop
     from robot_app.mission.terminal import STOP_WORDS
     from robot_app.voice import asking
 
@@ -170,7 +171,7 @@ def _typed_instead(operator: RemoteOperator, who: str) -> str:
     line = next(iter(sys.stdin), None)
     if line is None:
         raise Failure("nothing was asked: the input has ended")
-    if (word := line.strip().lower().rstrip("!.")) in STOP_WORDS:
+    if (word := line.strip().lower().rstrip("!.")) in STOP_WORDS or is_stop(line):
         operator.stop(who)
         raise Failure(asking.A_TYPED_STOP.format(word=word))
     return line.strip()

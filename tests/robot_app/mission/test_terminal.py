@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import pytest
 
 from drivers.ports import Approval, Option, Question
+from robot_app.mission.lease import Refused
 from robot_app.mission.operator import SharedOperator
 from robot_app.mission.terminal import Terminal
 
@@ -97,6 +98,36 @@ def test_a_stop_is_heard_at_any_time_and_keeps_its_first_reason(operator, keyboa
     operator.stop(because="the operator pressed Ctrl-C")
     assert operator.stop_requested().because == "the operator said stop"
     assert operator.confirm(MAY_I, LONG_S).word is Approval.STOP
+
+
+@pytest.mark.parametrize(
+    "line", ["stop it", "Stop now!", "freeze", "emergency stop", "stop the robot", "cancel", "abort"]
+)
+def test_a_stop_in_any_words_stops_while_idle_too_and_is_no_sentence(operator, keyboard, line):
+    keyboard.type(line)
+    keyboard.wait_until_read()
+    assert operator.stop_requested() is not None and operator.waiting == ()
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("help", "Say what to find"),
+        ("go home", "not supported"),
+        ("come back", "not supported"),
+        ("again", "once more"),
+    ],
+)
+def test_a_command_that_is_no_stop_is_answered_and_starts_no_drive(operator, keyboard, screen, line, said):
+    keyboard.type(line)
+    keyboard.wait_until_read()
+    assert said in screen.lines[-1] and operator.waiting == () and operator.stop_requested() is None
+
+
+def test_a_stop_that_a_page_or_a_program_asks_for_as_a_sentence_is_a_stop(operator):
+    with pytest.raises(Refused, match="told to stop"):
+        operator.ask(None, "stop the robot")
+    assert operator.stop_requested() is not None and operator.waiting == ()
 
 
 def test_a_stop_drops_what_was_typed_ahead_and_says_so(operator, keyboard, screen):
