@@ -258,14 +258,18 @@ class Clauses:
         return cursor.at > start
 
     def _refinement(self) -> bool:
-        """ "..., the blue one": more of the thing's own words."""
-        self._cursor.skip(w.FILLERS)
-        more = self._cursor.peek()
+        """ "..., the blue one", "..., the second one": more of the thing's own words, and which of it."""
+        cursor = self._cursor
+        cursor.skip(w.FILLERS)
+        start, which = cursor.at, self.which
+        self._read_which()
+        more = cursor.peek()
         own = [word for word in more if word not in w.PRONOUNS]
         adjectives = len(own) < len(more) or all(word in w.ADJECTIVES for word in own)
-        if not (self.thing and own and adjectives):
+        if not (self.thing and adjectives and (own or self.which != which)):
+            cursor.at, self.which = start, which
             return False
-        self._cursor.segment()
+        cursor.segment()
         self.thing = [*own, *self.thing]
         return True
 

@@ -64,6 +64,7 @@ mind much very asking speak around over and or ready help too somebody someone a
 """
 ME, AROUND = frozenset(_ME.split()), frozenset((_ME + _AROUND).split()) - {"not", "on", "next"}
 ENDS_ASKING = frozenset(["to", "find", "see", "need", "want", "is", "are", "for", "get", "reach", "locate", "visit"])
+WHERE = frozenset(["left", "over", "around", "past", "about", "time"])  # alone between commas they say where or which
 ARTICLE = re.compile(rf"(?:{ARTICLES})")
 
 
@@ -108,7 +109,9 @@ def without_asides(words: str) -> str:
 
 def _says_nothing(part: str) -> bool:
     said = [word for word in part.split() if not ARTICLE.fullmatch(word)]
-    return (bool(said) and all(word in AROUND for word in said)) or bool(re.fullmatch(f"(?:{POLITE}| )+", part))
+    if re.fullmatch(f"(?:{POLITE}| )+", part):
+        return True
+    return bool(said) and AROUND.issuperset(said) and (WHERE.isdisjoint(said) or not ME.isdisjoint(said))
 
 
 def past_the_asking(words: str) -> str:

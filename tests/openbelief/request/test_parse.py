@@ -125,6 +125,10 @@ UNDERSTOOD = [
     ("the plant in this room", {"target": "plant", "place": "this room"}),
     ("the biggest plant in the house", {"target": "plant", "which": "largest"}),
     ("the lamp over there", {"target": "lamp", "unused": ["over", "there"]}),
+    ("the lamp, over there", {"target": "lamp", "unused": ["over", "there"]}),
+    ("the chair, the left one", {"target": "chair", "which": "left-most"}),
+    ("the chair, the second largest", {"target": "chair", "which": "second largest"}),
+    ("the chair, the other red one", {"target": "red chair", "which": "other"}),
     # colours said behind the thing, and shades
     ("the ball that is orange", {"target": "orange ball"}),
     ("the reddish chair", {"target": "red chair"}),
