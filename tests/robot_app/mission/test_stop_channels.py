@@ -57,6 +57,16 @@ def test_a_terminal_that_is_closed_without_a_signal_stops_the_robot(robot, ask):
     assert not moves(robot)
 
 
+def test_a_stop_in_other_words_under_way_stops_the_robot(robot, ask):
+    program = ask(terminal=True)
+    said_ns = time.monotonic_ns()
+    program.type("freeze!")
+    cancelled_ns = robot.expect("cancel_ns")["cancel_ns"]
+    print(f"the cancel is at Nav2 {(cancelled_ns - said_ns) / 1e9:.3f} s after the word")
+    assert program.expect("outcome")["outcome"] == "CANCELLED"
+    assert not moves(robot)
+
+
 def test_a_stop_after_a_success_that_was_none_cancels_every_goal(robot, ask):
     """Nav2 says that it arrived, by status and by result, and the robot drives on."""
     program = ask(terminal=True)
