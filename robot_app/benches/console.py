@@ -28,12 +28,10 @@ from robot_app.benches.chromium import PlainChromium, PlainTab, chromium_path
 from robot_app.benches.lost_pages import DRIVEN, EVERY, PLAIN
 from robot_app.benches.programs import START_S, THING, Program, until, write_configuration
 from robot_app.cli import Failure, print_json
-from robot_app.mission.operator import Change, Notice
-from robot_app.mission.trial_shelf import FORMAT, INDEX
 from robot_app.tables import show
 
 if TYPE_CHECKING:
-    from robot_app.mission.operator import SharedOperator
+    from robot_app.mission.operator import Notice, SharedOperator
 
 OBJECTS, SIDE_M = 2000, 12.0
 STOP_MEDIAN_MS, STOP_WORST_MS, HOLD_S, REPAINT_MS = 50.0, 200.0, 1.0, 10.0
@@ -213,6 +211,8 @@ class ConsoleBench:
         return page
 
     def _hear(self, notice: Notice) -> None:
+        from robot_app.mission.operator import Change
+
         if notice.change is Change.STOPPED:
             self._heard_ns = time.monotonic_ns()
 
@@ -289,6 +289,8 @@ def _changing() -> dict[str, Any]:
 
 def _many_trials(folder: Path) -> None:
     """Rows of the list, as if each had been read before."""
+    from robot_app.mission.trial_shelf import FORMAT, INDEX
+
     folder.mkdir(parents=True, exist_ok=True)
     row = {"sentence": "find the lamp", "who": "ada", "outcome": "CONFIRMED", "reason": "it is", "visits": 1}
     entries = {}

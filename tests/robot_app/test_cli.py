@@ -163,7 +163,7 @@ def test_help_fits_a_terminal_of_80_columns(verb, capsys, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("module", "kind"), [("open3d", "ImportError"), ("structlog", "RuntimeError"), ("open3d", "RuntimeError")]
+    ("module", "kind"), [("open3d", "ImportError"), ("mcap", "RuntimeError"), ("open3d", "RuntimeError")]
 )
 def test_ctrl_c_during_an_import_ends_in_one_line_and_130_as_at_any_other_time(module, kind, tmp_path):
     demo = ["demo", "--scene", str(SMALL), "--out", str(tmp_path / "demo-out")]
@@ -174,7 +174,7 @@ def test_ctrl_c_during_an_import_ends_in_one_line_and_130_as_at_any_other_time(m
 
 def test_a_defect_is_not_mistaken_for_a_failure():
     done = subprocess.run(
-        [sys.executable, "-c", STOPPED.replace(" from KeyboardInterrupt()", ""), "structlog", "RuntimeError", "demo"],
+        [sys.executable, "-c", STOPPED.replace(" from KeyboardInterrupt()", ""), "mcap", "RuntimeError", "demo"],
         capture_output=True,
         text=True,
         timeout=60,
