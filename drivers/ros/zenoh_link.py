@@ -50,6 +50,7 @@ class LinkConfig:
             "scouting/multicast/enabled": False,
             "scouting/gossip/enabled": False,
             "scouting/delay": 0,
+            "transport/shared_memory/enabled": False,  # a pool of locked memory for each session, kept after its end
             "transport/link/tx/lease": round(self.lease_s * 1000),
             "transport/link/rx/max_message_size": self.max_message_bytes,
             ("listen" if mode == "router" else "connect") + "/endpoints": list(self.endpoints),
