@@ -69,8 +69,13 @@ def test_the_other_one_is_of_the_sentence_before_and_its_trial_says_so(terminal,
     """There is one armchair, so the other one is unsure; the second trial replays by itself."""
     screen.reactions["Ready over"] = lambda: keyboard.type("go to the armchair")
     screen.reactions["May I walk"] = lambda: keyboard.type("no")
-    screen.reactions["trial: "] = lambda: keyboard.type("the other one")
-    screen.reactions["the map holds only 1"] = lambda: keyboard.type("no", "")
+
+    def after_the_first() -> None:
+        screen.reactions["trial: "] = lambda: keyboard.type("")
+        keyboard.type("the other one")
+
+    screen.reactions["trial: "] = after_the_first
+    screen.reactions["the map holds only 1"] = lambda: keyboard.type("no")
     assert terminal(["run", "--config", str(config), "--json"]) == 0
     first, second = (json.loads(line) for line in capsys.readouterr().out.splitlines())
     trials = [TrialReader(Path(report["trial"])) for report in (first, second)]
