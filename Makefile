@@ -9,8 +9,9 @@ PEER := .venv-ros/.ready
 demo: $(READY)
 	.venv/bin/openbelief demo --out demo-out
 
+# TESTS=tests/replay for some of them.
 test: $(READY)
-	$(PY) -m pytest
+	$(PY) -m pytest $(TESTS)
 
 # The console in a real, headless Chromium (Debian's: apt-get install chromium), over a simulated robot in wall time.
 test-browser: $(READY)
