@@ -5,20 +5,9 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import pytest
-
 from logs.trial import records
 from logs.trial.reader import TrialReader
 from robot_app.mission.trials import replay_trial
-
-
-@pytest.fixture
-def config(small_site: Path) -> Path:
-    """The demo's robot.toml, with a person's yes before motion."""
-    path = small_site / "asking.toml"
-    text = (small_site / "robot.toml").read_text()
-    path.write_text(text.replace('motion = "allow"', 'motion = "ask"').replace("confirm_timeout_s = 10.0", ""))
-    return path
 
 
 def ask(terminal, capsys, config: Path, sentence: str, *arguments: str) -> tuple[int, dict, list[object]]:

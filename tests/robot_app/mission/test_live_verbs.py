@@ -21,15 +21,6 @@ ARMCHAIR = "go to the armchair"
 QUESTION = "May I walk"
 
 
-@pytest.fixture
-def config(small_site: Path) -> Path:
-    """The demo's robot.toml, with a person's yes before motion."""
-    path = small_site / "asking.toml"
-    text = (small_site / "robot.toml").read_text()
-    path.write_text(text.replace('motion = "allow"', 'motion = "ask"').replace("confirm_timeout_s = 10.0", ""))
-    return path
-
-
 def ask(terminal, capsys, config: Path, *arguments: str) -> tuple[int, dict]:
     status = terminal(["ask", ARMCHAIR, "--config", str(config), "--json", *arguments])
     return status, json.loads(capsys.readouterr().out)
