@@ -4,76 +4,101 @@ Run by the robot's own ROS Python as a script: it imports nothing of ours. Lines
 {"trip": TRIP, "code": CODE} for an answer, {"servers": N, "driving": BOOL} five times a second. It ends with its input.
 """
 
+from __future__ import annotations
+
 import json
 import sys
 import threading
+from typing import Any
 
 REJECTED = 1  # action_msgs/CancelGoal
+ACTIVE = (1, 2)  # action_msgs/GoalStatus: accepted, executing
 PENDING_MAX = 32  # unanswered cancels that are kept
+TELL_S = 0.2
 
 
-def say(**words):  # type: ignore[no-untyped-def]  # runs under the robot's Python
+def say(**words: Any) -> None:
     print(json.dumps(words), flush=True)
 
 
-def main(action):  # type: ignore[no-untyped-def]
-    import rclpy
-    from action_msgs.msg import GoalStatusArray
-    from action_msgs.srv import CancelGoal
-    from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+class Helper:
+    """Follows the goals of one action, and cancels all of them when a line asks for it.
 
-    rclpy.init()
-    node = rclpy.create_node("openbelief_watchdog")
-    client = node.create_client(CancelGoal, f"{action}/_action/cancel_goal")
-    running, asked = set(), []  # type: ignore[var-annotated]  # uuids; the newest questions
-    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL, reliability=ReliabilityPolicy.RELIABLE)
+    `listen` runs on a thread of its own; everything else runs where the node is spun.
+    """
 
-    def servers():  # type: ignore[no-untyped-def]
-        """Each action server publishes one status topic."""
-        return node.count_publishers(f"{action}/_action/status") if client.service_is_ready() else 0
+    def __init__(self, node: Any, action: str) -> None:
+        from action_msgs.msg import GoalStatusArray
+        from action_msgs.srv import CancelGoal
 
-    def hear(array):  # type: ignore[no-untyped-def]
-        """Of several servers each tells its own goals only, so what it does not name stays."""
-        for status in array.status_list:
-            (running.add if status.status in (1, 2) else running.discard)(bytes(status.goal_info.goal_id.uuid))
+        self._node, self._status_topic, self._every_goal = node, f"{action}/_action/status", CancelGoal.Request
+        self._running: set[bytes] = set()  # uuids
+        self._asked: list[Any] = []  # the newest unanswered cancels
+        self._wanted: list[int] = []  # trips to cancel
+        self.ended = threading.Event()
+        self._client = node.create_client(CancelGoal, f"{action}/_action/cancel_goal")
+        self._wake = node.create_guard_condition(self._obey)
+        node.create_subscription(GoalStatusArray, self._status_topic, self._hear, latched())
+        node.create_timer(TELL_S, self._tell)
 
-    def tell():  # type: ignore[no-untyped-def]
-        count = servers()
-        if not count:
-            running.clear()  # a Nav2 that is started again knows none of them
-        say(servers=count, driving=bool(running))
-
-    def answer(trip, reply):  # type: ignore[no-untyped-def]
-        """rclpy gives the first of several answers, and a server on it refuses with "ok": each goal must be named."""
-        named = {bytes(info.goal_id.uuid) for info in reply.goals_canceling}
-        say(trip=trip, code=reply.return_code if reply.return_code or running <= named else REJECTED)
-
-    def cancel(trip):  # type: ignore[no-untyped-def]
-        future = client.call_async(CancelGoal.Request())  # zero uuid, zero stamp: every goal
-        future.add_done_callback(lambda done: answer(trip, done.result()))
-        asked.append(future)
-        if len(asked) > PENDING_MAX:
-            client.remove_pending_request(asked.pop(0))
-
-    def listen():  # type: ignore[no-untyped-def]
+    def listen(self) -> None:
+        """Take lines until the input ends."""
         for line in sys.stdin:
             word, _, trip = line.strip().partition(" ")
             if word == "cancel":
-                wanted.append(int(trip))
-                guard.trigger()
-        guard.trigger()
-        ended.set()
+                self._wanted.append(int(trip))
+                self._wake.trigger()
+        self._wake.trigger()
+        self.ended.set()
 
-    def obey():  # type: ignore[no-untyped-def]
-        while wanted:
-            cancel(wanted.pop(0))
+    def _obey(self) -> None:
+        while self._wanted:
+            self._cancel(self._wanted.pop(0))
 
-    wanted, ended = [], threading.Event()
-    guard = node.create_guard_condition(obey)
-    node.create_subscription(GoalStatusArray, f"{action}/_action/status", hear, latched)
-    node.create_timer(0.2, tell)
-    threading.Thread(target=listen, daemon=True).start()
-    while rclpy.ok() and not ended.is_set():
+    def _cancel(self, trip: int) -> None:
+        future = self._client.call_async(self._every_goal())  # zero uuid, zero stamp: every goal
+        future.add_done_callback(lambda done: self._answer(trip, done.result()))
+        self._asked.append(future)
+        if len(self._asked) > PENDING_MAX:
+            self._client.remove_pending_request(self._asked.pop(0))
+
+    def _answer(self, trip: int, reply: Any) -> None:
+        """rclpy gives the first of several answers, and a server on it refuses with "ok": each goal must be named."""
+        named = {bytes(info.goal_id.uuid) for info in reply.goals_canceling}
+        say(trip=trip, code=reply.return_code if reply.return_code or self._running <= named else REJECTED)
+
+    def _hear(self, array: Any) -> None:
+        """Of several servers each tells its own goals only, so what it does not name stays."""
+        for status in array.status_list:
+            keep = self._running.add if status.status in ACTIVE else self._running.discard
+            keep(bytes(status.goal_info.goal_id.uuid))
+
+    def _tell(self) -> None:
+        servers = self._servers()
+        if not servers:
+            self._running.clear()  # a Nav2 that is started again knows none of them
+        say(servers=servers, driving=bool(self._running))
+
+    def _servers(self) -> int:
+        """Each action server publishes one status topic."""
+        return self._node.count_publishers(self._status_topic) if self._client.service_is_ready() else 0
+
+
+def latched() -> Any:
+    """The quality of service of an action's status topic."""
+    from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+    return QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL, reliability=ReliabilityPolicy.RELIABLE)
+
+
+def main(action: str) -> None:
+    import rclpy
+
+    rclpy.init()
+    node = rclpy.create_node("openbelief_watchdog")
+    helper = Helper(node, action)
+    threading.Thread(target=helper.listen, daemon=True).start()
+    while rclpy.ok() and not helper.ended.is_set():
         rclpy.spin_once(node, timeout_sec=0.1)
 
 
