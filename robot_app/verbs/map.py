@@ -13,7 +13,10 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from robot_app import arguments
 from robot_app.cli import Failure, print_json
+from robot_app.perceptions import FORMS, text_encoder_of
+from robot_app.room_files import FORM, read_rooms
 
 if TYPE_CHECKING:
     from logs.frames.reader import ReadOptions
@@ -29,71 +32,66 @@ MOBILENET_TAU_V = 0.75
 EXAMPLE = "openbelief map demo-out/walk.mcap --perception scripted:flat -o flat.belief"
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    from robot_app import arguments
-    from robot_app.perceptions import FORMS
-    from robot_app.room_files import FORM
+SEVERAL = "where several could be meant"
+# names of an option -> what argparse is told of it
+OPTIONS: dict[str, dict[str, Any]] = {
+    "recordings": {
+        "nargs": "+",
+        "type": Path,
+        "metavar": "WALK.mcap",
+        "help": "recordings in one map frame: files, or folders that ros2 bag record made",
+    },
+    "-o --out": {"required": True, "type": Path, "metavar": "SITE.belief", "help": "the memory to write"},
+    "--perception": {
+        "action": "append",
+        "type": arguments.perception,
+        "metavar": "KIND:ARGUMENT",
+        "help": f"{FORMS}; once, or once for each recording",
+    },
+    "--rooms": {"type": Path, "metavar": "ROOMS.json", "help": f"where things stand: {FORM}"},
+    "--stride": {"type": arguments.from_one, "default": 1, "metavar": "N", "help": "use every Nth frame (default 1)"},
+    "--jobs": {
+        "type": arguments.from_one,
+        "metavar": "N",
+        "help": "frames acquired at once (default: as many as there are cores, fewer for a short walk)",
+    },
+    "--parameters": {"type": Path, "metavar": "FILE.toml", "help": "parameters unlike the paper's defaults"},
+    "--color-topic": {"metavar": "TOPIC", "help": SEVERAL},
+    "--depth-topic": {"metavar": "TOPIC", "help": SEVERAL},
+    "--camera-info-topic": {"metavar": "TOPIC", "help": SEVERAL},
+    "--map-frame": {"default": "map", "metavar": "FRAME", "help": "the frame of the memory (default map)"},
+    "--pair-tolerance-s": {
+        "type": arguments.seconds,
+        "metavar": "S",
+        "help": "how far depth may be from its colour image in time (default 0.005)",
+    },
+    "--depth-offset-s": {
+        "type": arguments.signed_seconds,
+        "metavar": "S",
+        "help": "by how much the depth camera's stamps are late (default 0; with a minus sign: --depth-offset-s=-0.02)",
+    },
+    "--max-tf-gap-s": {
+        "type": arguments.seconds,
+        "metavar": "S",
+        "help": "the longest time between two transforms that is interpolated (default 0.25)",
+    },
+    "--depth-is-aligned": {
+        "action": "store_true",
+        "help": "depth is aligned to colour, whatever its frame_id says",
+    },
+    "--force": {"action": "store_true", "help": "replace SITE.belief where it exists"},
+}
 
-    parser.add_argument(
-        "recordings",
-        nargs="+",
-        type=Path,
-        metavar="WALK.mcap",
-        help="recordings in one map frame: files, or folders that ros2 bag record made",
-    )
-    parser.add_argument("-o", "--out", required=True, type=Path, metavar="SITE.belief", help="the memory to write")
-    parser.add_argument(
-        "--perception",
-        action="append",
-        type=arguments.perception,
-        metavar="KIND:ARGUMENT",
-        help=f"{FORMS}; once, or once for each recording",
-    )
-    parser.add_argument("--rooms", type=Path, metavar="ROOMS.json", help=f"where things stand: {FORM}")
-    parser.add_argument(
-        "--stride", type=arguments.from_one, default=1, metavar="N", help="use every Nth frame (default 1)"
-    )
-    parser.add_argument(
-        "--jobs",
-        type=arguments.from_one,
-        metavar="N",
-        help="frames acquired at once (default: as many as there are cores, fewer for a short walk)",
-    )
-    parser.add_argument("--parameters", type=Path, metavar="FILE.toml", help="parameters unlike the paper's defaults")
-    parser.add_argument("--color-topic", metavar="TOPIC", help="where several could be meant")
-    parser.add_argument("--depth-topic", metavar="TOPIC", help="where several could be meant")
-    parser.add_argument("--camera-info-topic", metavar="TOPIC", help="where several could be meant")
-    parser.add_argument("--map-frame", default="map", metavar="FRAME", help="the frame of the memory (default map)")
-    parser.add_argument(
-        "--pair-tolerance-s",
-        type=arguments.seconds,
-        metavar="S",
-        help="how far depth may be from its colour image in time (default 0.005)",
-    )
-    parser.add_argument(
-        "--depth-offset-s",
-        type=arguments.signed_seconds,
-        metavar="S",
-        help="by how much the depth camera's stamps are late (default 0; with a minus sign: --depth-offset-s=-0.02)",
-    )
-    parser.add_argument(
-        "--max-tf-gap-s",
-        type=arguments.seconds,
-        metavar="S",
-        help="the longest time between two transforms that is interpolated (default 0.25)",
-    )
-    parser.add_argument(
-        "--depth-is-aligned", action="store_true", help="depth is aligned to colour, whatever its frame_id says"
-    )
-    parser.add_argument("--force", action="store_true", help="replace SITE.belief where it exists")
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    for names, told in OPTIONS.items():
+        parser.add_argument(*names.split(), **told)
 
 
 def run(options: argparse.Namespace) -> int:
     from robot_app.mapping.job import MapJob
     from robot_app.mapping.run import require_recordings, run_map
-    from robot_app.perceptions import text_encoder_of
     from robot_app.progress import progress
-    from robot_app.room_files import read_rooms
 
     require_recordings(options.recordings)
     job = MapJob(
@@ -133,8 +131,6 @@ def _read_options(options: argparse.Namespace) -> ReadOptions:
 
 def _beside(recording: Path) -> str:
     """The recorded perception that lies beside a recording; raises Failure where there is none."""
-    from robot_app.perceptions import FORMS
-
     plain = recording.with_suffix("") if recording.suffix in (".zstd", ".zst") else recording
     path = plain.with_suffix(".perception.jsonl")
     if not path.is_file():
