@@ -8,8 +8,8 @@ from __future__ import annotations
 from behaviors.events import NAVIGATION_EVENTS, NO_PATH, REPLIES, USE_THE_REMOTE, Event, Step
 from behaviors.path_prefix import PathPrefix, way_is_blocked
 from behaviors.policy import MissionPolicy
+from behaviors.safety_conditions import GOAL_ZONE, OPERATOR_SILENT
 from behaviors.standing import Stillness
-from behaviors.supervisor import GOAL_ZONE, OPERATOR_SILENT
 from drivers.ports import (
     NavigationResult,
     NavigationStatus,

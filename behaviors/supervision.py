@@ -8,7 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from behaviors.supervisor import SafetyFacts, SafetyPolicy, Sample, Supervisor
+from behaviors.safety_facts import SafetyFacts, Sample
+from behaviors.safety_policy import SafetyPolicy
+from behaviors.supervisor import Supervisor
 from drivers.ports import ANY_AGE_S, Battery, Camera, Clock, Lidar, Map, PortError, PoseSource, SafetyVerdict
 from openbelief.arrays import Array
 from openbelief.memory import ObjectMemory

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from openbelief.grounded.geometry import Viewer
+    from robot_app.console.listening import Listening
 
 
 def from_one(text: str) -> int:
@@ -58,3 +59,13 @@ def a_pose(text: str) -> Viewer:
     except ValueError as error:
         raise argparse.ArgumentTypeError(f"X,Y or X,Y,YAW in metres and degrees, not {text!r}") from error
     return Viewer(x, y, math.radians(yaw[0]) if yaw else 0.0)
+
+
+def listening(text: str) -> Listening:
+    """[HOST:]PORT of the console."""
+    from robot_app.console.listening import listening_of
+
+    try:
+        return listening_of(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error

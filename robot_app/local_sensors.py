@@ -30,7 +30,9 @@ def open_livox(config: Config, clock: Clock, opened: ExitStack) -> LivoxLidar:
 
 def open_emulated_realsense(config: Config, clock: Clock, opened: ExitStack) -> RealSenseCamera:
     from drivers.realsense.camera import RealSenseCamera
-    from sim_fakes.sensors.realsense_software import TwinSpec, TwinState, box_images, open_twin
+    from sim_fakes.sensors.realsense_bus import open_twin
+    from sim_fakes.sensors.realsense_faults import TwinState
+    from sim_fakes.sensors.realsense_software import TwinSpec, box_images
 
     twin = partial(open_twin, box_images, TwinSpec(), TwinState())
     return opened.enter_context(RealSenseCamera(config.realsense, clock, open_device=twin))

@@ -14,7 +14,7 @@ WALKS: dict[str, list[Stop]] = {
     "A query to its outcome": [
         ("robot_app/verbs/ask.py", "run", "the configuration, the operator at a terminal, the robot"),
         ("robot_app/mission/missions.py", "Missions.ask", "one sentence becomes one mission, recorded"),
-        ("robot_app/mission/trials.py", "run_recorded", "the trial's file is opened before anything happens"),
+        ("robot_app/mission/recorded.py", "run_recorded", "the trial's file is opened before anything happens"),
         ("behaviors/mission.py", "Mission.run", "Algorithm 1: state by state, each with its reason"),
         ("openbelief/memory.py", "ObjectMemory.rank", "retrieve: the candidates outside R and U, best first"),
         ("openbelief/goal_pose.py", "goal_poses", "where candidate i can be looked at from"),

@@ -47,7 +47,7 @@ def trial_records() -> str:
 
 
 def safety_conditions() -> str:
-    from behaviors.supervisor import CONDITIONS
+    from behaviors.safety_conditions import CONDITIONS
 
     rows = [[name, f"`{reaction}`", (test.__doc__ or "").strip()] for name, (reaction, test) in CONDITIONS.items()]
     return table(["condition", "reaction", "when"], rows)

@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 from mcap.writer import CompressionType, Writer
 
-from drivers.ros.convert import camera_info_message, depth_message, jpeg_message, transforms_message
+from drivers.ros.convert import transforms_message
+from drivers.ros.image_messages import camera_info_message, depth_message, jpeg_message
 from drivers.ros.messages import Message, codec, encode
 from openbelief.observation import Intrinsics, encode_rle
 from openbelief.pose import T_CAMERA_LINK_OPTICAL, transform

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from drivers.ports import CameraFrame, Clock, StaleData
 from drivers.ros.bridge_keys import BridgeKeys, Keys
 from drivers.ros.calibration import is_rectified
-from drivers.ros.convert import camera_frame_of
+from drivers.ros.image_messages import camera_frame_of
 from drivers.ros.messages import Message, stamp_to_ns
 from drivers.ros.subscription import Subscription, listen
 from drivers.ros.zenoh_link import ZenohLink

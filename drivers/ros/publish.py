@@ -14,16 +14,15 @@ from typing import Any, Protocol
 from drivers.ports import Camera, CameraFrame, Clock, Lidar, LidarCloud, StaleData
 from drivers.ros.bridge_keys import BridgeKeys
 from drivers.ros.clouds import cloud_message
-from drivers.ros.convert import (
+from drivers.ros.convert import imu_message, transforms_message
+from drivers.ros.diagnosis import Diagnosis, diagnostics_message
+from drivers.ros.image_messages import (
     camera_info_message,
     color_message,
     depth_message,
     depth_png_message,
-    imu_message,
     jpeg_message,
-    transforms_message,
 )
-from drivers.ros.diagnosis import Diagnosis, diagnostics_message
 from drivers.ros.messages import Message, encode
 from drivers.ros.zenoh_link import ZenohLink
 from drivers.topics import CAMERA_INFO, COLOR_JPEG, DEPTH_PNG, DIAGNOSTICS, LIDAR, LIDAR_IMU, TF_STATIC, Topic

@@ -16,7 +16,8 @@ from drivers.ros.clouds import CloudDecoder, cloud_of
 from drivers.ros.convert import grid_of, transforms_of
 from drivers.ros.messages import Message, WireError, stamp_to_ns
 from drivers.ros.subscription import Subscription, listen
-from drivers.ros.transform_tree import MAX_GAP_S, TransformNotYet, TransformTree, rigid
+from drivers.ros.transform_edge import TransformNotYet, rigid
+from drivers.ros.transform_tree import MAX_GAP_S, TransformTree
 from drivers.ros.zenoh_link import ZenohLink
 from drivers.stamps import is_news, require_fresh
 from drivers.topics import BATTERY, LIDAR, MAP, TF, TF_STATIC, Topic

@@ -18,7 +18,8 @@ from drivers.ros.calibration import is_rectified
 from drivers.ros.encodings import NAMELESS
 from drivers.ros.messages import Message
 from drivers.ros.refusals import ImageRefused
-from drivers.ros.transform_tree import TransformMissing, TransformTree
+from drivers.ros.transform_edge import TransformMissing
+from drivers.ros.transform_tree import TransformTree
 from logs.frames.calibrations import Calibrations
 from logs.frames.reasons import TRANSFORM_REASONS, FrameReason, RecordingError, Skip, SkipFrame
 from logs.frames.scan import ImageHead, Scan

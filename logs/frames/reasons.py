@@ -9,7 +9,7 @@ from enum import StrEnum
 
 from drivers.ports import PoseUnavailable
 from drivers.ros.refusals import ImageReason
-from drivers.ros.transform_tree import (
+from drivers.ros.transform_edge import (
     TransformDisputed,
     TransformInvalid,
     TransformMissing,

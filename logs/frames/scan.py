@@ -11,7 +11,8 @@ from typing import Any
 from drivers.ros.convert import transforms_of
 from drivers.ros.images import COMPRESSED_IMAGE, IMAGE, is_depth
 from drivers.ros.messages import Message, WireError, decode, stamp_to_ns
-from drivers.ros.transform_tree import TransformTree, rigid
+from drivers.ros.transform_edge import rigid
+from drivers.ros.transform_tree import TransformTree
 from drivers.topics import CAMERA_INFO_TYPE, GRID, MAP, TRANSFORMS
 from logs.containers.recording import Recording
 from logs.frames.clock_steps import Epochs, Mark

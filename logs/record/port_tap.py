@@ -22,14 +22,8 @@ from drivers.ports import (
     StaleData,
 )
 from drivers.ros.clouds import cloud_message
-from drivers.ros.convert import (
-    camera_info_message,
-    depth_message,
-    grid_message,
-    imu_message,
-    jpeg_message,
-    transforms_message,
-)
+from drivers.ros.convert import grid_message, imu_message, transforms_message
+from drivers.ros.image_messages import camera_info_message, depth_message, jpeg_message
 from drivers.ros.messages import Message, encode
 from drivers.topics import CAMERA_IMU, CAMERA_INFO, COLOR_JPEG, DEPTH, LIDAR, LIDAR_IMU, MAP, TF, Topic
 from logs.record.driver_losses import CameraLosses, CloudLosses, ImuLosses, TakesImu

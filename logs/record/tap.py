@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 from drivers.ros.bridge_keys import BridgeKeys
-from drivers.ros.convert import jpeg_message
+from drivers.ros.image_messages import jpeg_message
 from drivers.ros.images import color_image
 from drivers.ros.messages import WireError, decode, encode, stamp_to_ns
 from drivers.ros.zenoh_link import ZenohLink

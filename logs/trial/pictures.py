@@ -8,7 +8,8 @@ import numpy as np
 
 from drivers.ports import CameraFrame, LidarCloud
 from drivers.ros.clouds import cloud_message, cloud_of
-from drivers.ros.convert import color_message, grid_message
+from drivers.ros.convert import grid_message
+from drivers.ros.image_messages import color_message
 from drivers.ros.messages import Message, header, make
 from logs.trial.records import Cloud, Frame, MapUsed
 from openbelief.arrays import Array

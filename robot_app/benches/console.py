@@ -224,7 +224,7 @@ class ConsoleBench:
 def console() -> Iterator[ConsoleBench]:
     from robot_app.config import load_config
     from robot_app.console.console import open_console
-    from robot_app.console.server import Listening
+    from robot_app.console.listening import Listening
     from robot_app.mission.live import run_missions
     from robot_app.mission.missions import open_missions
     from robot_app.mission.operator import SharedOperator

@@ -45,7 +45,9 @@ def _measured(size: tuple[int, int], seconds: float) -> dict[str, Any]:
     from drivers.clock import SystemClock
     from drivers.realsense.camera import RealSenseCamera
     from drivers.realsense.messages import RealSenseSettings
-    from sim_fakes.sensors.realsense_software import COLOR_LENS, TwinSpec, TwinState, box_images, open_twin
+    from sim_fakes.sensors.realsense_bus import open_twin
+    from sim_fakes.sensors.realsense_faults import TwinState
+    from sim_fakes.sensors.realsense_software import COLOR_LENS, TwinSpec, box_images
 
     wider = size[0] / COLOR_LENS.width
     lens = replace(

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from robot_app.config import Config
+from robot_app.console.listening import Listening
 from robot_app.console.live_pages import LivePages
-from robot_app.console.server import Listening, Parts, Server, serving
+from robot_app.console.server import Parts, Server, serving
 from robot_app.console.snapshots import LiveMission, Snapshots
 from robot_app.console.speech import PageVoice
 from robot_app.console.talk import Talk

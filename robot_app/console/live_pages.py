@@ -9,7 +9,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
-from behaviors.supervisor import SafetyPolicy
+from behaviors.safety_policy import SafetyPolicy
 from drivers.ports import Map, PortError
 from openbelief.memory import ObjectMemory
 from robot_app.console.commands import HOW

@@ -9,7 +9,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from behaviors.supervisor import SafetyPolicy
+from behaviors.safety_policy import SafetyPolicy
 from drivers.ports import CameraFrame
 from logs.trial import records
 from logs.trial.reader import TrialReader

@@ -5,8 +5,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import gc
-import ipaddress
-import os
 import socket
 import ssl
 import sys
@@ -18,11 +16,12 @@ from pathlib import Path
 from typing import Any
 
 from robot_app.cli import Failure
-from robot_app.config import ConsoleSection
+from robot_app.config_sections import ConsoleSection
 from robot_app.console.accounts import Accounts, Role
 from robot_app.console.commands import Commands
 from robot_app.console.doors import Address, Doors
 from robot_app.console.hub import Hub
+from robot_app.console.listening import Listening, address_of, bound_socket, checked
 from robot_app.console.live_pages import LivePages
 from robot_app.console.logins import Logins
 from robot_app.console.sessions import Sessions
@@ -39,35 +38,6 @@ SWITCH_S = 0.0005  # a busy mission thread gives the interpreter up this often: 
 START_S = 10.0
 TIDY_S = 10.0
 NEVER = 1 << 30
-
-
-@dataclass(frozen=True)
-class Listening:
-    """HOST:PORT as asked for on the command line. Loopback unless a host is named."""
-
-    host: str
-    port: int
-
-    @property
-    def loopback(self) -> bool:
-        return self.host == "localhost" or ipaddress.ip_address(self.host).is_loopback
-
-    @property
-    def name(self) -> str:
-        return f"[{self.host}]" if ":" in self.host else self.host
-
-
-def listening_of(text: str) -> Listening:
-    """[HOST:]PORT; an IPv6 address in brackets. Raises ValueError."""
-    host, _, port = text.rpartition(":")
-    host = host.removeprefix("[").removesuffix("]") or "127.0.0.1"
-    try:
-        address = ipaddress.ip_address(host if host != "localhost" else "127.0.0.1")
-        if not 0 <= int(port) <= 65535 or address.is_unspecified:
-            raise ValueError  # one address: a console never listens at all interfaces
-    except ValueError:
-        raise ValueError(f"[HOST:]PORT is needed, an address and a port like 192.168.1.5:8800, not {text!r}") from None
-    return Listening(host, int(port))
 
 
 @dataclass(frozen=True)
@@ -98,28 +68,13 @@ class Server:
         return f"{self.url}/#pair={self._sessions.pairing(name, role)}"
 
 
-def checked(listening: Listening, settings: ConsoleSection, accounts: Accounts) -> None:
-    """Refuses to be reached from elsewhere without TLS and somebody who can log in. Raises Failure."""
-    if listening.loopback:
-        return
-    if settings.certificate is None:
-        raise Failure(
-            f"The console is not opened to {listening.host} without TLS: openbelief certs --console makes a"
-            " certificate; name it with [console] certificate and key in robot.toml, or leave the host out"
-        )
-    if not len(accounts):
-        raise Failure(
-            f"The console is not opened to {listening.host} while nobody can log in: openbelief accounts add NAME"
-        )
-
-
 @contextmanager
 def serving(listening: Listening, settings: ConsoleSection, parts: Parts) -> Iterator[Server]:
     """Serve until the end of the block. Raises Failure where it may or can not."""
     accounts = Accounts(settings.accounts)
     checked(listening, settings, accounts)
-    bound = _bound(listening)
-    address = _address(Listening(listening.host, bound.getsockname()[1]), settings)
+    bound = bound_socket(listening)
+    address = address_of(Listening(listening.host, bound.getsockname()[1]), settings)
     sessions = Sessions()
     logins = Logins(sessions, accounts, tls=address.tls)
     app = _app(parts, logins, address)
@@ -146,32 +101,11 @@ def _prompt() -> Iterator[None]:
         sys.setswitchinterval(interval)
 
 
-def require_free(listening: Listening) -> None:
-    """Before long work: raises Failure where another program has the port."""
-    _bound(listening).close()
-
-
 async def _tidy(operator: SharedOperator) -> None:
     while True:
         await asyncio.sleep(TIDY_S)
         if operator.mission is None:
             gc.collect()
-
-
-def _bound(listening: Listening) -> socket.socket:
-    family = socket.AF_INET6 if ":" in listening.host else socket.AF_INET
-    try:
-        return socket.create_server((listening.host, listening.port), family=family)
-    except OSError as error:
-        where = f"{listening.name}:{listening.port}"
-        why = os.strerror(error.errno or 0)
-        raise Failure(f"The console cannot listen at {where}: {why}; name another port.") from error
-
-
-def _address(listening: Listening, settings: ConsoleSection) -> Address:
-    names = ["localhost", "127.0.0.1", "[::1]"] if listening.loopback else []
-    hosts = dict.fromkeys([listening.name, *names, *settings.hosts])
-    return Address(tuple(f"{host.lower()}:{listening.port}" for host in hosts), settings.certificate is not None)
 
 
 def _app(parts: Parts, logins: Logins, address: Address) -> Any:

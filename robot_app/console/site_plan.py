@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from behaviors.supervisor import SafetyPolicy
+from behaviors.safety_policy import SafetyPolicy
 from openbelief.memory import ObjectMemory
 from openbelief.node import ObjectNode
 from openbelief.traversability import FREE, OccupancyGrid

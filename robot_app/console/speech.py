@@ -11,7 +11,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
 
-from robot_app.config import VoiceSection
+from robot_app.config_sections import VoiceSection
 from robot_app.console.logins import Logins, refusal
 from robot_app.voice.audio import AudioError
 from robot_app.voice.synthetic import installed, spoken

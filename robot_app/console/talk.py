@@ -14,7 +14,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from logs.trial.journal import Entry
 from robot_app.cli import Failure
-from robot_app.config import VoiceSection
+from robot_app.config_sections import VoiceSection
 from robot_app.console.sessions import Session
 from robot_app.mission.operator import SharedOperator
 from robot_app.voice.asking import utterance_json

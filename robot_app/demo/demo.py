@@ -16,13 +16,14 @@ from openbelief.memory import ObjectMemory
 from openbelief.perception.sentence import SentenceEncoder
 from openbelief.rooms import rooms_of
 from openbelief.target_phrase import target_phrase
-from robot_app.config import Config, SimSection, dump_config, load_config
+from robot_app.config import Config, dump_config, load_config
+from robot_app.config_sections import SimSection
 from robot_app.demo.folder import CONFIG_HEAD, Files
 from robot_app.demo.walk import record_walk
 from robot_app.mapping.job import MapJob, Progress
 from robot_app.mapping.run import run_map
 from robot_app.mission.missions import open_missions
-from robot_app.mission.trials import Replayed, replay_trial
+from robot_app.mission.replay import Replayed, replay_trial
 from robot_app.pictures.trial import Backdrop, write_pictures
 from sim_fakes.world.renderer import Renderer
 from sim_fakes.world.world import World

@@ -11,7 +11,8 @@ from drivers.watchdog.heartbeat import WatchdogView
 from robot_app.app import Robot, open_robot
 from robot_app.config import Config, ConfigError, load_config
 from robot_app.doctor.finding import Examined, Finding, Level
-from robot_app.doctor.robot import MEND, ROBOT_CHECKS, port_topics
+from robot_app.doctor.link import MEND
+from robot_app.doctor.robot import ROBOT_CHECKS, port_topics
 from robot_app.doctor.sensors import LISTEN_S, counter, examine_local
 from robot_app.doctor.topic_probe import TopicProbe
 from robot_app.doctor.workstation import WORKSTATION_CHECKS

@@ -2,84 +2,31 @@
 
 from __future__ import annotations
 
-import ipaddress
 from collections.abc import Callable, Iterator
 
 from drivers.livox.driver import LivoxLidar
 from drivers.nav2.bridge import Nav2Bridge
-from drivers.nav2.bridge_age import LEAST, TESTED, bridge_versions, said
 from drivers.ports import PortError
 from drivers.realsense.camera import RealSenseCamera
 from drivers.topics import Topic, color_topic
-from drivers.watchdog.latch import WatchdogState
 from robot_app.app import Robot
 from robot_app.config import Config
 from robot_app.doctor.finding import Examined, Finding, Level
+from robot_app.doctor.link import MEND, check_bridge, check_link
 from robot_app.doctor.sensors import LOSS_WARN, SENSOR_AGE_S, check_real_camera, check_real_lidar, fresh, lines_of
 from robot_app.doctor.topic_probe import ProbedTopic
+from robot_app.doctor.watchdog import check_watchdog, check_watchdogs_hand
 from robot_app.record.recording import ON_THE_WIRE, wire_topics
 
 SKEW_WARN_S, SKEW_FAIL_S = 0.05, 0.25  # later stamps than 0.25 s ahead are refused by the drivers
 POSE_AGE_S = 0.5
 BATTERY_AGE_S = 10.0
-MEND = {  # by the sign of Nav2 that is missing
-    "link": "check the network, and the bridge on the robot",
-    "action server": "start Nav2 with CycloneDDS, and let the bridge forward its actions",
-    "active": "bring Nav2 up (ros2 launch nav2_bringup ...); lifecycle_manager_navigation's log says what holds it",
-    "pose": "start localisation, and give it a first pose",
-    "map": "start map_server, and let the bridge forward /map",
-}
 
 
 def port_topics(port: str, config: Config, robot: Robot) -> tuple[Topic, ...]:
     """The topics behind a port, the one that paces it first."""
     names = robot.wiring.wires[getattr(config.ports, port)].topics
     return (*([color_topic(names.color)] if port == "camera" else []), *wire_topics(port, names))
-
-
-def check_link(patient: Examined) -> Iterator[Finding]:
-    for word, wire in patient.robot.wiring.wires.items():
-        where = ", ".join(wire.link.config.endpoints)
-        if not wire.link.alive:
-            yield Finding(
-                "link", Level.FAIL, f"{where} ({word}) is gone", "check the network, and the bridge on the robot"
-            )
-        elif all(endpoint.startswith("tls/") for endpoint in wire.link.config.endpoints):
-            yield Finding("link", Level.OK, f"{where} is reached, encrypted with certificates of both ends")
-        elif all(stays_here(endpoint) for endpoint in wire.link.config.endpoints):
-            yield Finding("link", Level.OK, f"{where} is reached, unencrypted within this machine")
-        else:
-            remedy = "make keys with openbelief certs: anybody in this network can drive the robot"
-            yield Finding("link", Level.WARN, f"{where} is reached, NOT encrypted", remedy)
-
-
-def stays_here(endpoint: str) -> bool:
-    """Whether an endpoint like tcp/127.0.0.1:7447 is this machine's own."""
-    host = endpoint.partition("/")[2].rpartition(":")[0].strip("[]")
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"
-
-
-def check_bridge(patient: Examined) -> Iterator[Finding]:
-    """Its age: what an old one does wrong shows only as data that never comes."""
-    for wire in patient.robot.wiring.wires.values():
-        try:
-            versions = bridge_versions(wire.link)
-        except PortError as error:
-            yield Finding("bridge", Level.FAIL, str(error), MEND["link"])
-            continue
-        if not versions:
-            remedy = f"is it zenoh-bridge-ros2dds {said(LEAST)} or newer ({said(TESTED)} is what was tested)?"
-            yield Finding("bridge", Level.WARN, "it does not say its version", remedy)
-        for version in versions:
-            remedy = (
-                "" if version >= TESTED else f"install zenoh-bridge-ros2dds {said(TESTED)}, which is what was tested"
-            )
-            level = Level.OK if version >= TESTED else Level.WARN if version >= LEAST else Level.FAIL
-            lost = "" if version >= LEAST else ": /map and /tf_static never arrive behind one so old"
-            yield Finding("bridge", level, f"zenoh-bridge-ros2dds {said(version)}{lost}", remedy)
 
 
 def check_camera(patient: Examined) -> Iterator[Finding]:
@@ -157,46 +104,6 @@ def check_nav2(patient: Examined) -> Iterator[Finding]:
         yield Finding(
             f"nav2 {sign.name}", level, "there" if sign.ok else sign.sentence, "" if sign.ok else MEND[sign.name]
         )
-
-
-def check_watchdog(patient: Examined) -> Iterator[Finding]:
-    """Its own word. It is not armed by us: a doctor that is interrupted must not trip it under somebody's mission."""
-    if patient.config.ports.navigator != "ros":
-        return  # a simulated robot within this process has none
-    status = patient.watchdog.status
-    if status is None and patient.config.safety.watchdog == "off":
-        yield Finding("watchdog", Level.OK, 'not heard, and not required ([safety] watchdog = "off")')
-    elif status is None:
-        remedy = "start openbelief onboard on the robot: no mission begins without it"
-        yield Finding("watchdog", Level.FAIL, "not heard", remedy)
-    elif status.state is WatchdogState.LATCHED:
-        remedy = "look at the robot, then openbelief onboard --reset"
-        yield Finding("watchdog", Level.FAIL, f"latched: {status.reason}", remedy)
-    elif status.state is WatchdogState.ARMED:
-        names = ", ".join(name[:8] for name in status.watched)
-        yield Finding("watchdog", Level.OK, f"armed: it watches {len(status.watched)} workstation(s) ({names})")
-    else:
-        yield Finding("watchdog", Level.OK, "waiting for a workstation")
-
-
-def check_watchdogs_hand(patient: Examined) -> Iterator[Finding]:
-    """What stops the robot where the bridge is gone."""
-    status = patient.watchdog.status
-    if patient.config.ports.navigator != "ros" or status is None:
-        return
-    name = "watchdog without bridge"
-    if not status.hand:
-        remedy = (
-            "on the robot: pip install 'openbelief[dds]', or on ARM [onboard] ros_setup = \"/opt/ros/jazzy/setup.bash\""
-        )
-        yield Finding(name, Level.FAIL, "nothing: a bridge that dies leaves the robot driving", remedy)
-    elif status.hand_servers == 0:
-        remedy = "start Nav2 with CycloneDDS in the domain of onboard (ROS_DOMAIN_ID, CYCLONEDDS_URI)"
-        yield Finding(name, Level.FAIL, f"{status.hand} reaches no Nav2 on DDS", remedy)
-    elif status.hand_servers > 1:
-        yield Finding(name, Level.FAIL, f"{status.hand} sees {status.hand_servers} Nav2 servers", "leave one running")
-    else:
-        yield Finding(name, Level.OK, f"{status.hand} reaches Nav2 on DDS")
 
 
 def check_battery(patient: Examined) -> Iterator[Finding]:

@@ -15,7 +15,7 @@ from drivers.ros.diagnosis import Diagnosis, diagnoses_of
 from drivers.ros.messages import WireError, decode
 from drivers.topics import DIAGNOSTICS, TF, TF_STATIC, Topic
 from logs.record.tap import header_stamp
-from robot_app.app import Wire
+from robot_app.wiring import Wire
 
 GAP = 1.5  # periods
 

@@ -16,7 +16,8 @@ from openbelief.evaluation.truth import ABSENT, TrueQuery, Truth, read_truth
 from openbelief.memory import ObjectMemory
 from openbelief.perception.sentence import SentenceEncoder
 from openbelief.rooms import rooms_of
-from robot_app.config import Config, SimSection
+from robot_app.config import Config
+from robot_app.config_sections import SimSection
 from robot_app.demo.walk import record_walk
 from robot_app.mapping.job import MapJob, Progress
 from robot_app.mapping.run import run_map

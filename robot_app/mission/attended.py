@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from behaviors.supervisor import OPERATOR_SILENT
+from behaviors.safety_conditions import OPERATOR_SILENT
 from drivers.clock import SystemClock
 from drivers.ports import Clock, Ports, Reaction, Safety, SafetyVerdict
 from openbelief.pose import Pose2

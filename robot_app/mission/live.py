@@ -12,13 +12,15 @@ from logs.trial.journal import Journal
 from robot_app.mission.missions import Missions
 from robot_app.mission.operator import SharedOperator
 
+Report = Callable[[dict[str, Any]], None]
+
 
 def run_missions(
     missions: Missions,
     operator: SharedOperator,
     heard: Sequence[int],
     *,
-    report: Callable[[dict[str, Any]], None] | None = None,
+    report: Report | None = None,
     watching: Sequence[Journal] = (),
 ) -> None:
     """Until there will be no further sentence, or a signal other than Ctrl-C told the program to end.

@@ -23,8 +23,8 @@ from robot_app.app import Robot, mission_perception, mission_text_encoder, open_
 from robot_app.config import Config, ConfigError, dump_config
 from robot_app.mission.attended import attended
 from robot_app.mission.operator import AGENT, SharedOperator
+from robot_app.mission.recorded import Asking, MissionSettings, run_recorded
 from robot_app.mission.safety import Watch, watched
-from robot_app.mission.trials import run_recorded
 
 
 @dataclass(frozen=True)
@@ -78,36 +78,35 @@ class Missions:
         who, how: who asks, and by which client. watching: see everything as it is written.
         notes: of how it was asked, for the trial. insist: drive there although the map may hold no such thing.
         """
-        after = self._after(sentence)
+        asking = Asking(sentence=sentence, who=who, how=how, after=self._after(sentence), notes=notes)
         self.watch.heartbeat.resume()
         trial_id = f"{self.robot.clock.now_ns()}"
         path = trial or _unused(self._config.trials / f"trial_{trial_id}.mcap")
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
-            outcome, failure = run_recorded(
-                path,
-                sentence,
-                ports=self.ports,
-                memory=self.memory,
-                memory_path=self._memory_path,
-                parameters=self._parameters,
-                policy=self._policy(how, insist=insist),
-                grounded=self._config.grounded,
-                trial_id=trial_id,
-                query_id=f"{trial_id}-1",
-                configuration=dump_config(self._kept),
-                who=who,
-                how=how,
-                after=after,
-                watching=watching,
-                notes=notes,
-                opened=self._opened,
-            )
+            outcome, failure = self._recorded(path, asking, self._policy(how, insist=insist), trial_id, watching)
         finally:
             self._trial = None
         if USE_THE_REMOTE in outcome.reason.lower():
             self.watch.heartbeat.abandon()  # our cancel went unanswered: the watchdog on the robot cancels there
         return RecordedMission(outcome, path, failure)
+
+    def _recorded(
+        self, path: Path, asking: Asking, policy: MissionPolicy, trial_id: str, watching: Sequence[Journal]
+    ) -> tuple[Outcome, str | None]:
+        return run_recorded(
+            path,
+            asking,
+            ports=self.ports,
+            memory=self.memory,
+            memory_path=self._memory_path,
+            settings=MissionSettings(parameters=self._parameters, policy=policy, grounded=self._config.grounded),
+            trial_id=trial_id,
+            query_id=f"{trial_id}-1",
+            configuration=dump_config(self._kept),
+            watching=watching,
+            opened=self._opened,
+        )
 
     def _after(self, sentence: str) -> str:
         """The last sentence that names a thing, where this one is of it ("the other one"); else "", and this is it."""

@@ -26,7 +26,8 @@ from drivers.ros.publish import (
 from drivers.ros.zenoh_link import ZenohLink
 from drivers.topics import CAMERA_IMU, CAMERA_INFO, LIDAR, LIDAR_IMU, color_topic, depth_topic
 from logs.record.port_tap import CAMERA_IMU_FRAME
-from robot_app.config import Config, mount
+from robot_app.config import Config
+from robot_app.config_sections import mount
 from robot_app.local_sensors import open_emulated_livox, open_emulated_realsense, open_livox, open_realsense
 from robot_app.onboard.sensing import Opened, OpenSensor
 

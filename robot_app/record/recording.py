@@ -33,9 +33,11 @@ from logs.record.recorder import McapRecorder, Rotation
 from logs.record.recording_files import require_unused
 from logs.record.tap import TopicTap
 from logs.versions import commit, versions
-from robot_app.app import Robot, Wire, open_robot
-from robot_app.config import Config, TopicsSection, dump_config
+from robot_app.app import Robot, open_robot
+from robot_app.config import Config, dump_config
+from robot_app.config_sections import TopicsSection
 from robot_app.record.monitor import RecordingMonitor, RecordingStatus, Taps
+from robot_app.wiring import Wire
 from sim_fakes.world.walk import Walker
 
 TICK_S = 0.02

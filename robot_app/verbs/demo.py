@@ -15,8 +15,8 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
+from robot_app import arguments
 from robot_app.cli import Failure, print_json
 
 EXAMPLE = 'openbelief demo --query "take me to the fire extinguisher" --out demo-out'
@@ -29,19 +29,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="another seed, other noise (default 1)")
     parser.add_argument(
         "--console",
-        type=_listening,
+        type=arguments.listening,
         nargs="?",
         const="8800",
         metavar="[HOST:]PORT",
         help="open the simulated flat in a browser and play operator (default port 8800)",
     )
     parser.add_argument("--out", type=Path, default=Path("demo-out"), metavar="DIR", help="default demo-out")
-
-
-def _listening(text: str) -> Any:
-    from robot_app.verbs.run import listening
-
-    return listening(text)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -73,13 +67,13 @@ def run(options: argparse.Namespace) -> int:
 
 def _play(options: argparse.Namespace, tell: Callable[[str], None]) -> int:
     """The simulated flat behind the console; its memory is made where the folder has none of this scene yet."""
-    from robot_app.console.server import require_free
+    from robot_app.console.console_run import run_with_console
+    from robot_app.console.listening import require_free
     from robot_app.demo.demo import demo_configuration
     from robot_app.progress import progress
-    from robot_app.verbs.run import with_console
 
     require_free(options.console)
     with progress() as shown:
         config = demo_configuration(options.out, options.scene, options.seed, shown, tell)
-    with_console(config, options.console, as_json=options.json)
+    run_with_console(config, options.console, print_json if options.json else None)
     return 0

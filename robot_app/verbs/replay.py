@@ -18,7 +18,7 @@ from robot_app.cli import Failure, Usage, print_json
 if TYPE_CHECKING:
     from logs.trial.compare import Difference
     from logs.trial.records import Checks, Record
-    from robot_app.mission.trials import Replayed
+    from robot_app.mission.replay import Replayed
 
 EXAMPLE = "openbelief replay demo-out/trial.mcap"
 
@@ -42,7 +42,7 @@ def run(options: argparse.Namespace) -> int:
     from logs.mcap_io.reader import LogError
     from logs.trial.header import TrialError
     from openbelief.store import BeliefFileError
-    from robot_app.mission.trials import replay_trial
+    from robot_app.mission.replay import replay_trial
 
     if options.seed is not None and options.perception is None:
         raise Usage("--seed is for --perception: nothing is simulated without it")

@@ -10,7 +10,7 @@ from typing import Any
 from logs.trial.journal import Entry
 from openbelief.memory import ObjectMemory
 from robot_app.cli import Failure
-from robot_app.config import VoiceSection
+from robot_app.config_sections import VoiceSection
 from robot_app.voice.audio import AudioClip, AudioError, read_wav
 from robot_app.voice.listener import Listener, Utterance
 from robot_app.voice.note import spoken_note

@@ -1,28 +1,20 @@
-"""The D435i's simulated twin: a software device inside the real librealsense, with faults on demand."""
+"""The simulated twin of the D435i: a software device inside the real librealsense, with faults on demand."""
 
 from __future__ import annotations
 
-import os
-import signal
-import threading
-import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from enum import IntEnum
-from multiprocessing import get_context
 from typing import Any
 
 import numpy as np
 
-from drivers.clock import SystemClock
-from drivers.ports import Clock
-from drivers.realsense.bus import open_attached
 from drivers.realsense.libusb import ensure_libusb
 from drivers.realsense.messages import DEPTH_SIZE, FPS, TimestampDomain
 from drivers.realsense.sdk import DOMAINS
 from openbelief.arrays import Array
 from openbelief.observation import Intrinsics
+from sim_fakes.sensors.realsense_faults import Fault, TwinState
 from sim_fakes.sensors.realsense_scene import BoxScene
 
 ensure_libusb()
@@ -35,58 +27,11 @@ GYRO_HZ, ACCEL_HZ = 200, 250
 LATE_NS = 50_000_000
 COLOR_LENS = Intrinsics(848, 480, 615.0, 615.0, 423.5, 239.5)
 DEPTH_LENS = Intrinsics(*DEPTH_SIZE, 425.0, 425.0, 423.5, 239.5)
-RESET_S = 0.2  # a real one takes 3 to 6 s to come back
 GRAVITY = (0.0, -9.80665, 0.0)  # of a level camera, whose y points down
 TURN = (0.0, 0.1, 0.0)
 
 # stamp_ns -> color (h, w, 3) uint8 RGB as the colour imager sees it, depth_m (480, 848) as the depth imager does
 Images = Callable[[int], tuple[Array, Array]]
-
-
-class Fault(IntEnum):
-    """What goes wrong. A hardware reset mends all but UNPLUGGED."""
-
-    NONE = 0
-    DROPPED = 1  # every third colour image is lost
-    LATE = 2  # colour images come 50 ms late
-    REPEATED = 3  # the last images again: number, stamp and pixels
-    STAMP_FROZEN = 4  # new numbers, old stamps
-    PIXELS_FROZEN = 5  # new numbers and stamps, old pixels
-    SILENT = 6  # nothing comes, the device stays on the bus
-    UNPLUGGED = 7
-    HANG = 8  # the process stands still, as inside an SDK call that never returns
-    CRASH = 9  # the process dies
-
-
-class TwinState:
-    """What survives the camera's process, shared with the test: the fault, and how often things happened."""
-
-    def __init__(self) -> None:
-        self._numbers = get_context("spawn").RawArray("i", 3)
-
-    @property
-    def fault(self) -> Fault:
-        return Fault(self._numbers[0])
-
-    @fault.setter
-    def fault(self, fault: Fault) -> None:
-        self._numbers[0] = fault
-
-    @property
-    def resets(self) -> int:
-        return int(self._numbers[1])
-
-    @property
-    def openings(self) -> int:
-        return int(self._numbers[2])
-
-    def count_reset(self) -> None:
-        self._numbers[1] += 1
-        if self.fault is not Fault.UNPLUGGED:
-            self.fault = Fault.NONE
-
-    def count_opening(self) -> None:
-        self._numbers[2] += 1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -224,69 +169,12 @@ class RealSenseTwin:
             profile.register_extrinsics_to(self._depth_profile, _extrinsics(T_depth_imu))
 
 
-class TwinOnBus:
-    """The rs.device of a twin, which a software device lacks the reset for."""
-
-    def __init__(self, bus: TwinBus, twin: RealSenseTwin) -> None:
-        self._bus, self._twin = bus, twin
-
-    def hardware_reset(self) -> None:
-        self._bus.reset()
-
-    def is_connected(self) -> bool:
-        return self._twin.state.fault is not Fault.UNPLUGGED
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._twin.device, name)
-
-
-class TwinBus:
-    """The twin's bus (drivers.realsense.bus.Bus): lists the twin, unless unplugged or on its way back from a reset."""
-
-    def __init__(self, twin: RealSenseTwin, clock: Clock) -> None:
-        self._device, self._state, self._clock = TwinOnBus(self, twin), twin.state, clock
-        self._serial = twin.spec.serial
-        self._back_ns = 0
-
-    def devices(self) -> list[tuple[str, Any]]:
-        gone = self._state.fault is Fault.UNPLUGGED or self._clock.now_ns() < self._back_ns
-        return [] if gone else [(self._serial, self._device)]
-
-    def reset(self) -> None:
-        self._state.count_reset()
-        self._back_ns = self._clock.now_ns() + round(RESET_S * 1e9)
-
-
 def box_images(spec: TwinSpec) -> Images:
     """A box before a wall, as the spec's two imagers see it."""
     scene = BoxScene()
     color, _ = scene.seen(spec.color, np.eye(4))
     _, depth_m = scene.seen(spec.depth, np.linalg.inv(spec.T_depth_color))
     return lambda _stamp_ns: (color, depth_m)
-
-
-def open_twin(make_images: Callable[[TwinSpec], Images], spec: TwinSpec, state: TwinState, *, reset: bool) -> Any:
-    """An OpenDevice for the camera's process, with all but `reset` bound: a twin that streams in real time.
-
-    make_images is called there, so that it, not what it makes, has to be picklable.
-    """
-    state.count_opening()
-    twin = RealSenseTwin(make_images(spec), spec, state)
-    device = open_attached(TwinBus(twin, SystemClock()), spec.serial, SystemClock(), reset=reset)
-    threading.Thread(target=_feed_forever, args=(twin,), daemon=True).start()
-    return device
-
-
-def _feed_forever(twin: RealSenseTwin) -> None:
-    due_ns = time.monotonic_ns()
-    while True:
-        if twin.state.fault is Fault.HANG:
-            os.kill(os.getpid(), signal.SIGSTOP)
-        if twin.state.fault is Fault.CRASH:
-            os._exit(1)
-        twin.feed(time.time_ns())
-        due_ns = max(due_ns + PERIOD_NS, time.monotonic_ns())
-        time.sleep(max(due_ns - time.monotonic_ns(), 0) / 1e9)
 
 
 def _shifted(x_m: float) -> Array:

@@ -19,14 +19,8 @@ import numpy as np
 from drivers.livox.assembler import LivoxCloud
 from drivers.livox.wire import TimeType
 from drivers.ros.clouds import cloud_message
-from drivers.ros.convert import (
-    camera_info_message,
-    color_message,
-    depth_message,
-    grid_message,
-    imu_message,
-    transforms_message,
-)
+from drivers.ros.convert import grid_message, imu_message, transforms_message
+from drivers.ros.image_messages import camera_info_message, color_message, depth_message
 from drivers.ros.messages import encode
 from drivers.ros.zenoh_link import open_router
 from drivers.topics import CAMERA_INFO, COLOR, DEPTH, LIDAR, LIDAR_IMU, MAP, TF, TF_STATIC, TRANSFORMS, Topic

@@ -15,18 +15,17 @@ from drivers.ros import action
 from drivers.ros.messages import Message, WireError, codec
 from drivers.topics import COMPUTE_PATH_TO_POSE, IS_ACTIVE, NAVIGATE_TO_POSE, Action
 from openbelief.arrays import Array
-from openbelief.g1 import BODY_RADIUS_M
 from openbelief.polyline import path_length
 from openbelief.pose import Pose2
-from openbelief.traversability import NoPath, OccupancyGrid, path
+from openbelief.traversability import OccupancyGrid
 from sim_fakes.wire.faults import GARBAGE, Nav2Faults
 from sim_fakes.wire.nav2_messages import NAVIGATE, PLAN, Nav2Messages, ServedGoal, usable_pose
+from sim_fakes.wire.nav2_planner import PlanFailed, SimPlanner
 from sim_fakes.wire.sim_bridge import PendingQuery, SimBridge
 
 TICK_S = 0.1
 FEEDBACK_TICKS = 5  # feedback twice a second
-MARGINS_M = (0.15, 0.08, 0.03)  # beyond the body, the widest first: a robot that walks cuts corners
-NO_PROGRESS, GOAL_OUTSIDE, GOAL_OCCUPIED, NO_PATH = 105, 204, 206, 208
+NO_PROGRESS = 105  # Nav2's error code
 
 
 class GoalRunner(Protocol):
@@ -41,10 +40,6 @@ class GoalRunner(Protocol):
     def follow(self, path_xy: Array, final_yaw: float) -> None: ...
 
     def halt(self) -> None: ...
-
-
-class PlanFailed(Exception):
-    """No path; args: Nav2's error code and message."""
 
 
 class SimNav2Server:
@@ -65,7 +60,7 @@ class SimNav2Server:
     ) -> None:
         self._bridge, self._clock, self._robot = bridge, clock, robot
         self.faults = faults or Nav2Faults()
-        self._grids = [grid.inflated(BODY_RADIUS_M + margin) for margin in MARGINS_M]
+        self._planner = SimPlanner(grid)
         self.speak(distribution)
         self._goals: dict[bytes, ServedGoal] = {}
         self._plans: dict[bytes, Message] = {}
@@ -217,20 +212,8 @@ class SimNav2Server:
                 goal.error = failed.args
 
     def _path(self, pose: Pose2 | None) -> Array:
-        """(n, 2) points from the robot to the pose; raises PlanFailed."""
-        if pose is None:
-            raise PlanFailed(0, "")
-        grid = self._grids[-1]
-        if not grid.contains(grid.cell(pose.xy)):
-            raise PlanFailed(GOAL_OUTSIDE, "goal outside the map")
-        if not grid.free[tuple(grid.cell(pose.xy))]:
-            raise PlanFailed(GOAL_OCCUPIED, "goal occupied")
-        for inflated in self._grids:
-            try:
-                return path(inflated, self._robot.believed_pose.xy, pose.xy)
-            except NoPath as error:
-                reason = str(error)
-        raise PlanFailed(NO_PATH, reason)
+        """From the robot to the pose; raises PlanFailed."""
+        return self._planner.path(self._robot.believed_pose.xy, pose)
 
     def _tick(self) -> None:
         with self._lock:

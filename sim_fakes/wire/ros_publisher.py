@@ -8,15 +8,8 @@ from typing import Protocol
 from drivers.clock import SimClock
 from drivers.ports import LidarCloud
 from drivers.ros.clouds import cloud_message
-from drivers.ros.convert import (
-    battery_message,
-    camera_info_message,
-    color_message,
-    depth_message,
-    grid_message,
-    imu_message,
-    transforms_message,
-)
+from drivers.ros.convert import battery_message, grid_message, imu_message, transforms_message
+from drivers.ros.image_messages import camera_info_message, color_message, depth_message
 from drivers.ros.messages import Message, encode
 from drivers.topics import BATTERY, CAMERA_IMU, CAMERA_INFO, COLOR, DEPTH, LIDAR, LIDAR_IMU, MAP, TF, TF_STATIC, Topic
 from openbelief.arrays import Array

@@ -29,13 +29,8 @@ from drivers.ports import (
     StampedPose,
     StopRequest,
 )
-from drivers.ros.convert import (
-    camera_info_message,
-    color_message,
-    depth_message,
-    grid_message,
-    transforms_message,
-)
+from drivers.ros.convert import grid_message, transforms_message
+from drivers.ros.image_messages import camera_info_message, color_message, depth_message
 from drivers.ros.messages import Message, encode
 from logs.record.recorder import McapRecorder
 from logs.trial.compare import compare_decisions

@@ -10,7 +10,7 @@ from behaviors.events import End
 from behaviors.policy import MissionPolicy
 from logs.trial import records
 from logs.trial.compare import compare_decisions
-from robot_app.mission.trials import BEFORE
+from robot_app.mission.replay import BEFORE
 
 EXTINGUISHER = ("fire extinguisher", "fire extinguisher")
 

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from behaviors.events import End
-from behaviors.supervisor import GOAL_ZONE, OPERATOR_SILENT
+from behaviors.safety_conditions import GOAL_ZONE, OPERATOR_SILENT
 from drivers.ports import NavigationResult, NavigationStatus, Reaction, SafetyVerdict
 from logs.trial import records
-from robot_app.mission.trials import replay_trial, run_recorded
+from robot_app.mission.recorded import Asking, MissionSettings, run_recorded
+from robot_app.mission.replay import replay_trial
 
 GO = SafetyVerdict()
 NOTHING = np.zeros((0, 3))
@@ -208,12 +209,11 @@ def test_verdicts_and_clouds_come_back_from_the_trials_file_and_replay_to_the_sa
     s.memory.save(tmp_path / "site.belief")
     outcome, failure = run_recorded(
         tmp_path / "trial.mcap",
-        "take me to the fire extinguisher",
+        Asking(sentence="take me to the fire extinguisher"),
         ports=s.ports,
         memory=s.memory,
         memory_path=tmp_path / "site.belief",
-        parameters=s.parameters,
-        policy=s.policy,
+        settings=MissionSettings(parameters=s.parameters, policy=s.policy),
         trial_id="trial-1",
         query_id="query-1",
     )

@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from behaviors.safety_policy import SafetyPolicy
 from behaviors.supervision import Sources, Supervision
-from behaviors.supervisor import SafetyPolicy
 from drivers.clock import SimClock
 from drivers.ports import BatteryState, CameraFrame, LidarCloud, PortError, Reaction, StaleData
 from openbelief.observation import Intrinsics

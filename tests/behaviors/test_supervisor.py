@@ -6,7 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from behaviors.supervisor import CONDITIONS, GRAVITY, SafetyFacts, SafetyPolicy, Sample, Supervisor
+from behaviors.safety_conditions import CONDITIONS, GRAVITY
+from behaviors.safety_facts import SafetyFacts, Sample
+from behaviors.safety_policy import SafetyPolicy
+from behaviors.supervisor import Supervisor
 from drivers.ports import Reaction
 from openbelief.pose import Pose2
 

@@ -23,7 +23,8 @@ from logs.trial.writer import TrialWriter
 from openbelief.rooms import Room
 from openbelief.traversability import OccupancyGrid
 from robot_app.cli import main
-from robot_app.mission.trials import replay_trial, run_recorded
+from robot_app.mission.recorded import Asking, MissionSettings, run_recorded
+from robot_app.mission.replay import replay_trial
 
 SENTENCE = "take me to the fire extinguisher"
 
@@ -37,12 +38,11 @@ def record(stage, make, folder, name="trial.mcap", *, seen="fire extinguisher", 
     s.memory.save(s.memory_path)
     s.outcome, failure = run_recorded(
         s.trial,
-        SENTENCE,
+        Asking(sentence=SENTENCE),
         ports=s.ports,
         memory=s.memory,
         memory_path=s.memory_path,
-        parameters=s.parameters,
-        policy=s.policy,
+        settings=MissionSettings(parameters=s.parameters, policy=s.policy),
         trial_id="trial-1",
         query_id="query-1",
         configuration="[mission]\n",

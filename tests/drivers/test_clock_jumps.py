@@ -6,8 +6,8 @@ from types import SimpleNamespace
 
 import pytest
 
+from behaviors.safety_policy import SafetyPolicy
 from behaviors.supervision import Sources, Supervision
-from behaviors.supervisor import SafetyPolicy
 from drivers.ports import Reaction, StaleData
 from drivers.topics import CAMERA_INFO, COLOR, DEPTH, LIDAR, TF
 from openbelief.pose import Pose2

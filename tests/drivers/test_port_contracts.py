@@ -32,7 +32,9 @@ from drivers.topics import COLOR, LIDAR, TF
 from openbelief.pose import Pose2
 from openbelief.traversability import OccupancyGrid
 from sim_fakes.playback.ports import RecordingPorts
-from sim_fakes.sensors.realsense_software import Fault, TwinSpec, TwinState, box_images, open_twin
+from sim_fakes.sensors.realsense_bus import open_twin
+from sim_fakes.sensors.realsense_faults import Fault, TwinState
+from sim_fakes.sensors.realsense_software import TwinSpec, box_images
 
 NEAR, CLOSED_OFF = Pose2(2.0, 1.5, 0.5), Pose2(5.5, 3.5, 0.0)
 

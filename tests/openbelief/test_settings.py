@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from behaviors.policy import MissionPolicy
-from behaviors.supervisor import SafetyPolicy
+from behaviors.safety_policy import SafetyPolicy
 from openbelief import Parameters
 
 

@@ -11,7 +11,7 @@ from logs.trial.compare import compare_decisions
 from logs.trial.records import RECORDS, Record
 from openbelief.perception.ports import PerceptionFailed
 from robot_app.cli import main
-from robot_app.mission.trials import replay_trial
+from robot_app.mission.replay import replay_trial
 from robot_app.perceptions import KINDS, PerceptionKind
 
 HERE = Path(__file__).parent

@@ -8,9 +8,10 @@ import pytest
 
 from drivers.clock import SystemClock
 from drivers.ports import PortError
-from robot_app.app import BODIES, Wiring
+from robot_app.app import BODIES
 from robot_app.config import Config
 from robot_app.simulation import START_NS, simulation
+from robot_app.wiring import Wiring
 
 
 def site(simulated=None) -> Wiring:

@@ -9,7 +9,8 @@ import pytest
 
 from robot_app.certs.zenoh import ZenohNetwork
 from robot_app.cli import VERBS
-from robot_app.config import load_config, mount
+from robot_app.config import load_config
+from robot_app.config_sections import mount
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 PAGE = (DOCS / "robot.md").read_text()

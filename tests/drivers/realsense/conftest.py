@@ -12,7 +12,8 @@ import pytest
 from drivers.clock import SimClock
 from drivers.realsense.messages import ImagePair, RealSenseInfo, RealSenseSettings
 from drivers.realsense.sdk import SdkStream
-from sim_fakes.sensors.realsense_software import PERIOD_NS, Images, RealSenseTwin, TwinBus, TwinSpec, box_images
+from sim_fakes.sensors.realsense_bus import TwinBus
+from sim_fakes.sensors.realsense_software import PERIOD_NS, Images, RealSenseTwin, TwinSpec, box_images
 
 START_NS = 1_700_000_000_000_000_000
 WAIT_S = 0.1  # for librealsense's own threads

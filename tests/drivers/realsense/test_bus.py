@@ -9,7 +9,9 @@ import pytest
 from drivers.clock import SimClock
 from drivers.realsense.bus import BACK_S, open_attached
 from drivers.realsense.messages import CameraGone, CameraRefused
-from sim_fakes.sensors.realsense_software import Fault, RealSenseTwin, TwinBus, TwinSpec, box_images
+from sim_fakes.sensors.realsense_bus import TwinBus
+from sim_fakes.sensors.realsense_faults import Fault
+from sim_fakes.sensors.realsense_software import RealSenseTwin, TwinSpec, box_images
 
 START_NS = 1_700_000_000_000_000_000
 

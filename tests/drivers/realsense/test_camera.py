@@ -19,8 +19,10 @@ from drivers.ports import ANY_AGE_S, Camera, Clock, LinkLost, PortError, StaleDa
 from drivers.realsense.camera import RealSenseCamera
 from drivers.realsense.messages import RealSenseSettings, TimestampDomain
 from drivers.realsense.restarts import RestartLimits
+from sim_fakes.sensors.realsense_bus import open_twin
+from sim_fakes.sensors.realsense_faults import Fault, TwinState
 from sim_fakes.sensors.realsense_scene import BoxScene
-from sim_fakes.sensors.realsense_software import Fault, TwinSpec, TwinState, box_images, open_twin
+from sim_fakes.sensors.realsense_software import TwinSpec, box_images
 
 QUICK = RestartLimits(back_off_s=(0.05, 0.05, 0.05))
 UNHURRIED = RestartLimits(back_off_s=(1.0, 1.0, 1.0))  # the images of before the trouble grow stale meanwhile

@@ -13,7 +13,8 @@ import pytest
 
 from drivers.realsense.messages import FrameReady, ProcessHeartbeat, SlotFree, StandStill, StopProcess
 from drivers.realsense.process import SLOTS, FrameServer, Slots
-from sim_fakes.sensors.realsense_software import PERIOD_NS, Fault
+from sim_fakes.sensors.realsense_faults import Fault
+from sim_fakes.sensors.realsense_software import PERIOD_NS
 
 COLOR_SIZE = (848, 480)
 

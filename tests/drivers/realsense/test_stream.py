@@ -8,7 +8,8 @@ import pytest
 from drivers.realsense.gate import DuplicateFilter
 from drivers.realsense.messages import CameraGone, CameraRefused, RealSenseSettings, TimestampDomain
 from drivers.realsense.sdk import SdkStream
-from sim_fakes.sensors.realsense_software import GRAVITY, TURN, Fault, RealSenseTwin, TwinSpec, box_images
+from sim_fakes.sensors.realsense_faults import Fault
+from sim_fakes.sensors.realsense_software import GRAVITY, TURN, RealSenseTwin, TwinSpec, box_images
 
 MICROSECOND = 1_000
 

@@ -24,14 +24,9 @@ from drivers.ros.calibration import intrinsics
 from drivers.ros.clouds import cloud_message, cloud_of
 from drivers.ros.convert import (
     battery_message,
-    camera_info_message,
-    color_message,
-    depth_message,
-    depth_png_message,
     grid_message,
     grid_of,
     imu_message,
-    jpeg_message,
     path_message,
     path_of,
     pose_message,
@@ -40,6 +35,13 @@ from drivers.ros.convert import (
     transforms_of,
 )
 from drivers.ros.diagnosis import Diagnosis, Severity, diagnoses_of, diagnostics_message
+from drivers.ros.image_messages import (
+    camera_info_message,
+    color_message,
+    depth_message,
+    depth_png_message,
+    jpeg_message,
+)
 from drivers.ros.image_size import declared_size
 from drivers.ros.images import color_image, depth_image
 from drivers.ros.messages import Message, decode, encode, make

@@ -11,13 +11,8 @@ from drivers.ports import LidarCloud
 from drivers.ros.calibration import intrinsics
 from drivers.ros.clouds import cloud_message, cloud_of
 from drivers.ros.convert import (
-    camera_frame_of,
-    camera_info_message,
-    color_message,
-    depth_message,
     grid_message,
     grid_of,
-    jpeg_message,
     path_message,
     path_of,
     pose_message,
@@ -25,6 +20,7 @@ from drivers.ros.convert import (
     transforms_message,
     transforms_of,
 )
+from drivers.ros.image_messages import camera_frame_of, camera_info_message, color_message, depth_message, jpeg_message
 from drivers.ros.images import color_image, depth_image
 from drivers.ros.messages import WireError, decode, encode
 from drivers.ros.transform_tree import TransformTree

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drivers.ros.convert import color_message, grid_message, pose_message, transforms_message
+from drivers.ros.convert import grid_message, pose_message, transforms_message
+from drivers.ros.image_messages import color_message
 from drivers.ros.messages import DISTRIBUTIONS, WireError, codec, decode, encode, make
 from openbelief.pose import Pose2
 from openbelief.traversability import OccupancyGrid

@@ -11,7 +11,8 @@ import drivers.ros.camera
 from drivers.ports import PoseUnavailable, StaleData
 from drivers.ros.camera import PairingTolerance, StampPairs
 from drivers.ros.clouds import CUSTOM_MSG
-from drivers.ros.convert import camera_info_message, color_message, depth_message, transforms_message
+from drivers.ros.convert import transforms_message
+from drivers.ros.image_messages import camera_info_message, color_message, depth_message
 from drivers.ros.messages import encode, header, make
 from drivers.topics import CAMERA_INFO, COLOR, DEPTH, LIDAR, MAP, TF, color_topic
 from openbelief.pose import Pose2, transform
@@ -232,7 +233,7 @@ def test_the_colour_topics_type_follows_its_name():
 
 
 def test_a_compressed_colour_topic_makes_frames_too(rig):
-    from drivers.ros.convert import jpeg_message
+    from drivers.ros.image_messages import jpeg_message
     from drivers.ros.topics import RosCamera
     from drivers.topics import COLOR_JPEG
 

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from drivers.ports import PoseUnavailable
-from drivers.ros.transform_tree import (
+from drivers.ros.transform_edge import (
     TransformInvalid,
     TransformMissing,
     TransformNotYet,
     TransformStale,
     TransformTooOld,
-    TransformTree,
 )
+from drivers.ros.transform_tree import TransformTree
 from openbelief.pose import quaternion_from_rpy, quaternion_from_yaw, transform
 
 MS = 1_000_000

@@ -6,7 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from drivers.ros.convert import color_message, transforms_message
+from drivers.ros.convert import transforms_message
+from drivers.ros.image_messages import color_message
 from drivers.ros.messages import header, make
 from logs.frames.reader import FrameReader, RecordingError, RecordingTopics, recording_id
 from logs.mcap_io.reader import LogError

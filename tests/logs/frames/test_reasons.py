@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from drivers.ros import transform_tree
-from drivers.ros.convert import camera_info_message, color_message, header, transforms_message
+from drivers.ros.convert import header, transforms_message
+from drivers.ros.image_messages import camera_info_message, color_message
 from drivers.ros.messages import make
 from drivers.ros.refusals import ImageReason
-from drivers.ros.transform_tree import TransformDisputed
+from drivers.ros.transform_edge import TransformDisputed
 from logs.frames.reader import FrameReader, RecordingError
 from logs.frames.reasons import REMEDIES, TRANSFORM_REASONS, FrameReason
 from openbelief.pose import transform

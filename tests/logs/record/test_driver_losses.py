@@ -27,7 +27,9 @@ from logs.record.recorder import McapRecorder
 from openbelief.observation import Intrinsics
 from sim_fakes.sensors.livox_emulator import EmulatorSettings, LivoxEmulator
 from sim_fakes.sensors.livox_faults import LivoxFaults
-from sim_fakes.sensors.realsense_software import Fault, TwinSpec, TwinState, box_images, open_twin
+from sim_fakes.sensors.realsense_bus import open_twin
+from sim_fakes.sensors.realsense_faults import Fault, TwinState
+from sim_fakes.sensors.realsense_software import TwinSpec, box_images
 from support.waiting import until
 
 CAMERA = Intrinsics(fx=60.0, fy=60.0, cx=32.0, cy=24.0, width=64, height=48)

@@ -13,7 +13,8 @@ import pytest
 from drivers.clock import SystemClock
 from drivers.ports import CameraFrame, LidarCloud, LinkLost, StaleData
 from drivers.ros.clouds import cloud_of
-from drivers.ros.convert import camera_info_message, color_message, depth_message, grid_of, transforms_message
+from drivers.ros.convert import grid_of, transforms_message
+from drivers.ros.image_messages import camera_info_message, color_message, depth_message
 from drivers.ros.images import color_image, depth_image
 from drivers.ros.messages import decode, encode
 from drivers.ros.zenoh_link import LinkConfig, ZenohLink, open_router

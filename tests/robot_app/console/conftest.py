@@ -15,14 +15,15 @@ from typing import Any
 import pytest
 from websockets.sync.client import ClientConnection, connect
 
-from behaviors.supervisor import SafetyPolicy
+from behaviors.safety_policy import SafetyPolicy
 from logs.trial.journal import Entry
 from openbelief.pose import Pose2
-from robot_app.config import ConsoleSection, VoiceSection
+from robot_app.config_sections import ConsoleSection, VoiceSection
 from robot_app.console.accounts import Accounts
+from robot_app.console.listening import Listening
 from robot_app.console.live_pages import LivePages
 from robot_app.console.open_trial import OpenTrial
-from robot_app.console.server import Listening, Parts, Server, serving
+from robot_app.console.server import Parts, Server, serving
 from robot_app.console.snapshots import LiveMission, Snapshots
 from robot_app.console.speech import PageVoice
 from robot_app.console.talk import Talk

@@ -12,10 +12,10 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from drivers.ports import Approval, Option, Question
 from robot_app.cli import Failure
-from robot_app.config import ConsoleSection
+from robot_app.config_sections import ConsoleSection
 from robot_app.console.accounts import Accounts, hashed, verified
 from robot_app.console.commands import SEEN_MAX_AGE_S
-from robot_app.console.server import Listening, checked, listening_of
+from robot_app.console.listening import Listening, checked, listening_of
 from robot_app.console.sessions import PAIRING_S, SESSION_S, Sessions, TokenBucket
 
 PASSWORD = "correct horse"

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from drivers.ports import Question
-from robot_app.config import VoiceSection
+from robot_app.config_sections import VoiceSection
 from robot_app.console.talk import Talk
 from robot_app.remote import messages as m
 from robot_app.remote.server import RemoteServer

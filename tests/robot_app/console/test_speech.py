@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from robot_app.config import VoiceSection
+from robot_app.config_sections import VoiceSection
 from robot_app.console import speech as page_speech
 from robot_app.console.speech import KEPT, PageVoice
 from robot_app.voice.audio import clip_of_wav

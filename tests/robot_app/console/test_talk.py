@@ -13,7 +13,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection
 
 from logs.trial.records import Spoken
-from robot_app.config import VoiceSection
+from robot_app.config_sections import VoiceSection
 from robot_app.console.talk import Talk
 from robot_app.voice import spoken_stop
 from robot_app.voice.audio import read_wav

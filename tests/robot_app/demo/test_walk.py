@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from robot_app.config import Config, PortsSection, SimSection
+from robot_app.config import Config
+from robot_app.config_sections import PortsSection, SimSection
 from robot_app.demo.walk import record_walk
 
 SMALL = Path(__file__).parents[1] / "small_scene.json"

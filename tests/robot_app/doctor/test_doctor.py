@@ -14,7 +14,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from behaviors.supervisor import SafetyPolicy
+from behaviors.safety_policy import SafetyPolicy
 from drivers.clock import SimClock, SystemClock
 from drivers.livox.settings import LivoxSettings
 from drivers.ros.convert import battery_message
@@ -31,12 +31,15 @@ from robot_app.app import Robot, open_robot
 from robot_app.certs.folder import make_network
 from robot_app.certs.zenoh import ZenohNetwork
 from robot_app.cli import main
-from robot_app.config import Config, PortsSection, ZenohSection, load_config
+from robot_app.config import Config, load_config
+from robot_app.config_sections import PortsSection, ZenohSection
 from robot_app.doctor.examination import examine_robot
 from robot_app.doctor.finding import Examined, Finding, Level
-from robot_app.doctor.robot import check_battery, check_bridge, check_lidar, check_watchdog, port_topics, stays_here
+from robot_app.doctor.link import check_bridge, stays_here
+from robot_app.doctor.robot import check_battery, check_lidar, port_topics
 from robot_app.doctor.sensors import check_real_camera, counter, examine_local
 from robot_app.doctor.topic_probe import ProbedTopic, TopicProbe
+from robot_app.doctor.watchdog import check_watchdog
 from robot_app.doctor.workstation import check_certificates, check_disk, check_memory
 from robot_app.local_sensors import open_emulated_realsense
 from robot_app.verbs.doctor import written

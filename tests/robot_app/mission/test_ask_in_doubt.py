@@ -7,7 +7,7 @@ from pathlib import Path
 
 from logs.trial import records
 from logs.trial.reader import TrialReader
-from robot_app.mission.trials import replay_trial
+from robot_app.mission.replay import replay_trial
 
 
 def ask(terminal, capsys, config: Path, sentence: str, *arguments: str) -> tuple[int, dict, list[object]]:

@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from behaviors.supervisor import OPERATOR_SILENT
+from behaviors.safety_conditions import OPERATOR_SILENT
 from drivers.clock import SystemClock
 from drivers.ports import Reaction, SafetyVerdict
 from openbelief.pose import Pose2

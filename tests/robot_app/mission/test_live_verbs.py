@@ -13,7 +13,7 @@ from logs.trial import records
 from logs.trial.reader import TrialReader
 from openbelief import ObjectMemory
 from robot_app.mission.missions import _ready_memory
-from robot_app.mission.trials import replay_trial
+from robot_app.mission.replay import replay_trial
 from robot_app.signals import BECAUSE
 from support.encoders import WordEncoder
 
@@ -58,9 +58,9 @@ def test_a_signal_that_would_end_the_program_stops_the_robot_and_the_trial_is_wh
 
 
 def test_stop_typed_during_the_drive_cancels_the_goal(terminal, config, keyboard, screen, capsys, monkeypatch):
-    import robot_app.app as app
+    import robot_app.wiring as wiring
 
-    built = app.simulation
+    built = wiring.simulation
 
     def watched(*arguments, **options):
         """Types stop as soon as the robot moves."""
@@ -76,7 +76,7 @@ def test_stop_typed_during_the_drive_cancels_the_goal(terminal, config, keyboard
         simulation.clock.every(0.1, look)
         return simulation
 
-    monkeypatch.setattr(app, "simulation", watched)
+    monkeypatch.setattr(wiring, "simulation", watched)
     screen.reactions[QUESTION] = lambda: keyboard.type("yes")
     status, report = ask(terminal, capsys, config)
     assert (status, report["outcome"], report["reason"]) == (1, "CANCELLED", "the operator said stop")

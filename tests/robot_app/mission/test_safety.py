@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import robot_app.mission.safety
-from behaviors.supervisor import SafetyPolicy
+from behaviors.safety_policy import SafetyPolicy
 from drivers.clock import SimClock
 from drivers.ports import BatteryState, Reaction, StaleData
 from drivers.ros.bridge_keys import BridgeKeys
@@ -17,9 +17,10 @@ from drivers.watchdog.guard import WatchdogGuard
 from drivers.watchdog.latch import WatchdogState
 from openbelief.pose import Pose2
 from openbelief.traversability import OccupancyGrid
-from robot_app.app import Wire
-from robot_app.config import Config, ConfigError, PortsSection, TopicsSection, dump_config, load_config
+from robot_app.config import Config, ConfigError, dump_config, load_config
+from robot_app.config_sections import PortsSection, TopicsSection
 from robot_app.mission.safety import FIRST_DATA_S, watched
+from robot_app.wiring import Wire
 
 
 @pytest.fixture

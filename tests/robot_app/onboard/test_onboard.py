@@ -22,7 +22,8 @@ from drivers.topics import CAMERA_IMU, DIAGNOSTICS, LIDAR, LIDAR_IMU, TF_STATIC
 from drivers.watchdog.heartbeat import Heartbeat, WatchdogView
 from drivers.watchdog.latch import WatchdogState
 from robot_app.cli import main
-from robot_app.config import Config, OnboardSection, ZenohSection
+from robot_app.config import Config
+from robot_app.config_sections import OnboardSection, ZenohSection
 from robot_app.onboard import sensors as onboard_sensors
 from robot_app.onboard.process import run_onboard
 

@@ -17,7 +17,8 @@ from drivers.ports import PortError
 from drivers.ros.zenoh_link import ZenohLink
 from logs.trial.reader import TrialReader
 from robot_app.certs.zenoh import AGENT, OPERATOR, WORKSTATION
-from robot_app.config import RemoteSection, dump_config, load_config
+from robot_app.config import dump_config, load_config
+from robot_app.config_sections import RemoteSection
 from robot_app.remote import messages as m
 from robot_app.remote.client import NOBODY, RemoteClient
 from robot_app.remote.service import link_config

@@ -7,7 +7,7 @@ import subprocess
 
 import pytest
 
-from robot_app.config import VoiceSection
+from robot_app.config_sections import VoiceSection
 from robot_app.mission.operator import Change, Notice, SharedOperator
 from robot_app.voice import speaking
 from robot_app.voice.moments import LONGEST, said_aloud
