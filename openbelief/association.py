@@ -14,7 +14,8 @@ from openbelief.evidence import digest
 from openbelief.observation import Observation
 from openbelief.parameters import Parameters
 from openbelief.touching_boxes import TouchingBoxes
-from openbelief.voxel_share import ROUNDING_M, NearShares
+from openbelief.voxel_ball import ROUNDING_M
+from openbelief.voxel_share import NearShares
 
 ROUNDING_COSINE = 1e-6
 

@@ -1,21 +1,19 @@
 """The share of one cloud that is within r of another (half of Omega_r): on voxels where they decide, else by tree.
 
 Acquisition puts every point on its voxel's centre. Between such points distances take few values, so the voxels within
-r of a cloud are its voxels moved by a fixed stencil of steps, and whether a point is near is one look into a grid.
+r of a cloud are its voxels grown by a ball, and whether a point is near is one look into a grid.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import lru_cache
 
 import numpy as np
 
 from openbelief.arrays import Array
+from openbelief.voxel_ball import MAX_STEP, ROUNDING_M, voxel_ball
 
-ROUNDING_M = 1e-6  # float32 coordinates exactly r apart are within r
 MAX_CELLS = 1 << 26  # bytes of the grid around one cloud: a wall of 20 m across a diagonal fits
-MAX_STEP = 4  # voxels: where r is more, the stencil is larger than a tree's search
 CHUNK = 32  # clouds turned into voxels at once
 
 
@@ -70,16 +68,14 @@ class NearShares:
     """Shares of some of the clouds within `radius_m` of one of them."""
 
     def __init__(self, clouds: Sequence[Array], radius_m: float, voxel_m: float) -> None:
-        self._steps, slack_m = stencil(radius_m, voxel_m)
-        self.clouds, self._reach_m = VoxelClouds(clouds, voxel_m, slack_m), radius_m + ROUNDING_M
-        self._margin = int(np.abs(self._steps).max(initial=0))
-        self._near = np.zeros(0, bool)  # kept between calls, all False
+        self._ball = voxel_ball(radius_m, voxel_m)
+        self.clouds, self._reach_m = VoxelClouds(clouds, voxel_m, self._ball.slack_m), radius_m + ROUNDING_M
 
     def shares(self, of: Array, near: int) -> Array:
         """(k,) float64: the share of each cloud of (k,) `of` within r of the cloud `near`."""
         voxels = self.clouds.of(near)
-        low = voxels.min(axis=1, keepdims=True) - self._margin
-        sides = (voxels.max(axis=1, keepdims=True) - low).astype(np.int64) + self._margin + 1
+        low = voxels.min(axis=1, keepdims=True) - self._ball.reach
+        sides = (voxels.max(axis=1, keepdims=True) - low).astype(np.int64) + self._ball.reach + 1
         gridded = self.clouds.exact[of] & self.clouds.exact[near] & (sides.prod() <= MAX_CELLS)
         shares = np.empty(len(of))
         if gridded.any():
@@ -89,17 +85,12 @@ class NearShares:
         return shares
 
     def _on_grid(self, of: Array, voxels: Array, low: Array, sides: Array) -> Array:
-        strides = np.array([[sides[1, 0] * sides[2, 0]], [sides[2, 0]], [1]], np.int32)
-        cells = (_flat(voxels, strides) + (self._steps @ strides).astype(np.int32)).ravel()
-        if len(self._near) < sides.prod():
-            self._near = np.zeros(sides.prod(), bool)
-        self._near[cells] = True
+        grown = self._ball.grown(_flat(voxels, sides), sides[:, 0])
         at = np.concatenate([self.clouds.of(cloud) for cloud in of.tolist()], axis=1)
         at -= low
         within = at.view(f"u{at.itemsize}") < sides.astype(f"u{at.itemsize}")  # below 0 is beyond every side
-        inside = within[0] & within[1] & within[2]
-        hit = self._near[_flat(at, strides) * inside] & inside
-        self._near[cells] = False
+        hit = grown.take(_flat(at, sides), mode="clip")
+        hit &= within[0] & within[1] & within[2]
         sizes = self.clouds.size[of]
         return np.add.reduceat(hit, np.cumsum(sizes) - sizes, dtype=np.int64) / sizes
 
@@ -118,24 +109,9 @@ class NearShares:
         return np.array(shares)
 
 
-def _flat(voxels: Array, strides: Array) -> Array:
-    """(k,) int32 cells of (3, k) voxels; what lies outside the grid may wrap."""
-    flat = voxels[0] * strides[0]
-    flat += voxels[1] * strides[1]
+def _flat(voxels: Array, sides: Array) -> Array:
+    """(k,) int32 cells of (3, k) voxels in a grid of (3, 1) sides; what lies outside the grid may wrap."""
+    flat = voxels[0] * np.int32(sides[1, 0] * sides[2, 0])
+    flat += voxels[1] * np.int32(sides[2, 0])
     flat += voxels[2]
     return flat
-
-
-@lru_cache(maxsize=16)
-def stencil(radius_m: float, voxel_m: float) -> tuple[Array, float]:
-    """(k, 3) steps between voxels whose centres are within r, and how far points may be off them, metres per axis.
-
-    Two points each off by that much are at most 2 sqrt(3) times it nearer or farther than their voxels' centres, which
-    is less than from r to any distance between centres. No step, and less than no slack, where r is too many voxels.
-    """
-    reach_m, most = radius_m + ROUNDING_M, int((radius_m + ROUNDING_M) / voxel_m) + 1
-    if most > MAX_STEP + 1:
-        return np.zeros((0, 3), np.int64), -1.0
-    steps = np.stack(np.meshgrid(*[np.arange(-most, most + 1)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
-    length_m = np.linalg.norm(steps, axis=1) * voxel_m
-    return steps[length_m <= reach_m], float(np.abs(length_m - reach_m).min() / (2 * np.sqrt(3)))
