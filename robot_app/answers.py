@@ -52,7 +52,7 @@ def consensus(memory: ObjectMemory, asked: EncodedRequest) -> dict[str, Any] | N
 
 
 def terms_as_json(candidate: GroundedCandidate) -> dict[str, Any]:
-    return {"terms": candidate.terms, "head": candidate.head}
+    return {"terms": candidate.terms, "head": candidate.head, "contradicted": candidate.contradicted}
 
 
 def told(report: dict[str, Any]) -> Iterator[str]:

@@ -21,7 +21,10 @@ OFFERS = 3
 
 @dataclass(frozen=True, slots=True)
 class GroundedCandidate:
-    """An object and what each part of the sentence added to its score. head: H of the thing's words."""
+    """An object and what each part of the sentence added to its score. head: H of the thing's words.
+
+    contradicted: the share, in [0, 1], of what is said of an asked colour, size or material that is another.
+    """
 
     object_id: int
     score: float
@@ -32,6 +35,7 @@ class GroundedCandidate:
     relation: float
     negation: float
     which: float
+    contradicted: float
 
     @property
     def terms(self) -> dict[str, float]:
@@ -90,6 +94,7 @@ def candidate(reading: Reading, i: int) -> GroundedCandidate:
         relation=float(reading.relation[i]),
         negation=float(reading.negation[i]),
         which=float(reading.which[i]),
+        contradicted=float(reading.contradicted[i]),
     )
 
 
@@ -119,8 +124,15 @@ def answer(
         candidates=tuple(candidate(reading, i) for i in ids[:limit]),
         offers=_nearest(reading, np.array(ids, np.int64)),
         did_you_mean=() if verdict == "found" else _offered(reading, phrases()),
-        notes=(*reading.notes, *reading.doubts),
+        notes=(*reading.notes, *reading.doubts, *(_untold(reading, ids[0]) if verdict == "found" else ())),
     )
+
+
+def _untold(reading: Reading, best: int) -> list[str]:
+    """What nobody said of the first candidate, though it was asked for."""
+    if reading.options.contradicted_at is None:
+        return []
+    return [f"whether it is {one.asked} was never said" for one in reading.attributes.unsaid(best)]
 
 
 def _nearest(reading: Reading, ids: Array) -> tuple[int, ...]:

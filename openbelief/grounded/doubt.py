@@ -36,6 +36,20 @@ def _findings(reading: Reading, best: int) -> Iterable[tuple[Verdict, str]]:
     if reading.negation[best] < -reading.options.not_weight / 2:
         yield "not found", f"all that is like {request.target!r} is what you do not want"
     yield from (("unsure", note) for note in reading.doubts)
+    yield from _denied(reading, best)
     if reading.fulfilled[best] < reading.options.related_at and np.isfinite(reading.fulfilled[best]):
         relations = " and ".join(map(str, request.relations))
         yield "unsure", f"no {request.target} is {relations}"
+
+
+def _denied(reading: Reading, best: int) -> Iterable[tuple[Verdict, str]]:
+    """Where nothing says the asked colour and other words say another. Unknown is no contradiction, except of a thing
+    without a name: "the red one" asks for nothing else.
+    """
+    at = reading.options.contradicted_at
+    if at is None:
+        return
+    if reading.contradicted[best] > at:
+        yield "unsure", reading.attributes.because(best)
+    elif reading.request.generic and (unconfirmed := reading.attributes.unconfirmed(best)):
+        yield "unsure", f"what fits best was never called {' and '.join(each.asked for each in unconfirmed)}"

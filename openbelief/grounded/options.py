@@ -73,6 +73,7 @@ class GroundedOptions:
     found_at: Cosine | None = None
     unsure_at: Cosine | None = None
     related_at: Fraction = 0.05  # a relation's value below which it does not hold
+    contradicted_at: Fraction | None = 0.9  # share of what is said of an attribute that denies it; None: never doubted
 
     # Arrival (`arrival_check = "relative"`)
     arrival_share: NotNegative = 1.0  # what is seen from near counts at least this share of what the map says

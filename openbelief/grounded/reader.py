@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from openbelief.arrays import Array
+from openbelief.grounded.attribute_evidence import AttributeEvidence
 from openbelief.grounded.geometry import Viewer
 from openbelief.grounded.levels import DoubtLevels, doubt_levels
 from openbelief.grounded.lexicon import same
@@ -33,9 +34,11 @@ class Reading:
 
     score: the sum of the terms; -inf where a node cannot be meant (background). head, visual: the thing's H and
     <f^v, q>. thing, place, relation, negation, which: the terms. fulfilled: how far the relations hold, 1 without any.
-    inside: how far each node is in the place, 1 without one. notes: what the operator is told. doubts: what keeps the
-    answer from being sure. unused: words that could not be used, beside the request's own. misread: places and anchors
-    that the map does not hold; they may be misspelt. room_names: of the memory's rooms. anchors: the best H of each.
+    inside: how far each node is in the place, 1 without one. attributes: what is said of each node of the asked colour,
+    size or material; contradicted: the share that denies it, 0 where the options do not heed it. notes: what the
+    operator is told. doubts: what keeps the answer from being sure. unused: words that could not be used, beside the
+    request's own. misread: places and anchors that the map does not hold; they may be misspelt. room_names: of the
+    memory's rooms. anchors: the best H of each.
     place_known, place_given, place_outlined: whether the asked place says anything, whether by rooms that a person
     gave, and whether by rooms at all.
     """
@@ -51,6 +54,8 @@ class Reading:
     which: Array
     fulfilled: Array
     inside: Array
+    attributes: AttributeEvidence
+    contradicted: Array
     notes: tuple[str, ...]
     doubts: tuple[str, ...]
     unused: tuple[str, ...]
@@ -127,12 +132,16 @@ class _Question:
         self._misread: list[str] = []
         self._anchors: list[tuple[str, float]] = []
         self._fulfilled = np.ones(len(self._table))
+        self._contradicted = np.zeros(len(self._table))
 
     def reading(self) -> Reading:
         request, n = self._asked.request, len(self._table)
         request = self._placed(request)
         thing = self._generic(request) if request.generic else self._of(request.target)
         allowed = np.full(n, True) if is_background(request.target) else ~self._table.background
+        attributes = AttributeEvidence.of(self._table, request.target)
+        if self._options.contradicted_at is not None:
+            self._contradicted = attributes.contradicted
         place = self._place(request.place)
         fits = fitting(thing.head, allowed, self._options)
         standing = self._standing(place, fits)
@@ -152,6 +161,8 @@ class _Question:
             which=which,
             fulfilled=self._fulfilled,
             inside=place.inside,
+            attributes=attributes,
+            contradicted=self._contradicted,
             notes=tuple(self._notes),
             doubts=tuple(self._doubts),
             unused=tuple(self._unused),
@@ -260,6 +271,8 @@ class _Question:
         for degree in (inside, self._fulfilled):
             allowed &= degree >= 0.5 * degree.max(initial=0.0, where=allowed)
         fits = fitting(head, allowed, self._options)
+        undenied = 1.0 - self._contradicted
+        fits &= undenied >= 0.5 * undenied.max(initial=0.0, where=fits)
         if not fits.any():
             self._doubts.append(
                 f"which one is the {request.which} cannot be told: the map holds none that could be meant"

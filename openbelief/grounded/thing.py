@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from openbelief.arrays import Array
+from openbelief.grounded.attributes import DESCRIBED, MEASURES, alternatives_of
 from openbelief.grounded.colours import colours_of, without_colour
 from openbelief.grounded.lexicon import is_known, kinds, other_thing, same
 from openbelief.grounded.options import GroundedOptions
@@ -16,8 +16,6 @@ from openbelief.grounded.table import MapTable
 from openbelief.request.encoded import EncodedRequest
 from openbelief.request.words import GENERIC
 
-DESCRIBED = re.compile(r"(?P<thing>\S.*?) (?:with|without|to|for|of|made of|that|which) (?:an? |the )?(?P<what>\S.*)")
-MEASURES = frozenset(("pair", "piece", "set", "kind", "sort", "type", "box full", "bit"))
 UNNAMED = -1.0  # H of a node without language: the lowest cosine
 SURE = 1.0  # H of every node where the sentence names no thing
 
@@ -65,7 +63,7 @@ def described_thing(text: str) -> list[str]:
 def thing_scores(table: MapTable, text: str, asked: EncodedRequest, options: GroundedOptions) -> ThingScores:
     """S = share z(H) + (1 - share) z(<f^v, q>) - cost / sqrt(looks) + colour; of alternatives the better one's."""
     if " or " in text:
-        return _either([thing_scores(table, one, asked, options) for one in text.split(" or ") if one.strip()])
+        return _either([thing_scores(table, one, asked, options) for one in alternatives_of(text)])
     cost = options.other_cost * _other_things(table, without_colour(text))
     scores = scores_of_names(table, names_of(text, asked, options), options, cost)
     colour = options.colour_weight * colour_evidence(table, text, options)

@@ -28,6 +28,7 @@ from robot_app.cli import Failure
 from robot_app.mission.recorded import MissionSettings
 from robot_app.perceptions import open_perception
 
+GROUNDED_BEFORE = {"contradicted_at": None}  # a trial without the key did not doubt a colour
 BEFORE = {
     "unseen": "set aside",
     "standing": "inferred",
@@ -77,7 +78,7 @@ def _settings(trial: TrialReader) -> MissionSettings:
     return MissionSettings(
         parameters=Parameters.from_dict(dict(told["parameters"])),
         policy=MissionPolicy.from_dict(BEFORE | dict(told["policy"])),
-        grounded=GroundedOptions.from_dict(dict(told.get("grounded", {}))),
+        grounded=GroundedOptions.from_dict(GROUNDED_BEFORE | dict(told.get("grounded", {}))),
     )
 
 

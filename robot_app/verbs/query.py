@@ -162,13 +162,15 @@ def _show(report: dict[str, Any], *, wide: bool) -> None:
     table = Table(title=cell(f"{report['target']} ({report['readout']})"), title_justify="left")
     added = list(report["candidates"][0].get("terms", ()))  # what the parts of the sentence added
     shown = [name for name in added if name == "thing" or any(c["terms"][name] for c in report["candidates"])]
-    for name in ("object", "score", *shown, "visual", "language"):
+    denied = ("contradicted",) if any(c.get("contradicted") for c in report["candidates"]) else ()
+    for name in ("object", "score", *shown, "visual", "language", *denied):
         table.add_column(name, justify="right")
     for name in ("label", "room", "trust", "seen", "centre (m)", "said of it"):
         table.add_column(name)
     for c in report["candidates"]:
         terms = [number(c["terms"][name], 2) for name in shown]
-        numbers = [str(c["object_id"]), number(c["score"]), *terms, *(number(c[k]) for k in ("visual", "language"))]
+        values = (*terms, *(number(c[k]) for k in ("visual", "language", *denied)))
+        numbers = [str(c["object_id"]), number(c["score"]), *values]
         centre = " ".join(f"{x:.2f}" for x in c["centroid"])
         seen = f"{c['observations']} x in {c['frames']} frames"
         words = [cell(c["label"] or "-"), cell(c["room"] or "-"), c["trust"], seen, centre]

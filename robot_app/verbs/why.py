@@ -63,7 +63,8 @@ def _asked(memory: ObjectMemory, object_id: int, options: argparse.Namespace) ->
     asked = memory.asked(request_of(options.asked))
     answer = memory.answer(asked, viewer=options.at)
     mine = [(rank, c) for rank, c in enumerate(answer.candidates, start=1) if c.object_id == object_id]
-    rank, terms = (mine[0][0], terms_as_json(mine[0][1])) if mine else (None, {"terms": {}, "head": None})
+    nothing: dict[str, Any] = {"terms": {}, "head": None, "contradicted": None}
+    rank, terms = (mine[0][0], terms_as_json(mine[0][1])) if mine else (None, nothing)
     return {"sentence": options.asked, "rank": rank, **terms, **answer_as_json(memory, answer, asked)}
 
 
@@ -148,6 +149,8 @@ def _asked_lines(asked: dict[str, Any]) -> list[str]:
         return [f"{asked['sentence']!r} cannot mean this object."]
     added = ", ".join(f"{name} {value:+.2f}" for name, value in asked["terms"].items() if value)
     lines = [f"asked {asked['sentence']!r}: rank {asked['rank']}, likeness {asked['head']:.2f}; {added}"]
+    if asked["contradicted"]:
+        lines.append(f"of what was said of that colour, size or material {asked['contradicted']:.0%} is another")
     if asked["consensus"]:
         other = asked["consensus"]
         lines.append(f"the paper's consensus would have answered {other['label']} (object {other['object_id']})")

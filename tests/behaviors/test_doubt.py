@@ -8,6 +8,8 @@ import pytest
 
 from drivers.ports import Approval, Reply
 from logs.trial.records import Ranking
+from openbelief.grounded.options import GroundedOptions
+from robot_app.mission.replay import GROUNDED_BEFORE
 
 NO = Reply(Approval.NO)
 
@@ -53,6 +55,11 @@ def test_unsure_asks_a_person_and_says_why(room):
     assert stage.sent == []
     again = room()
     assert again.run("the guitar next to the aquarium").end == "CONFIRMED"
+
+
+def test_a_trial_that_was_recorded_before_colours_were_doubted_replays_without_doubting_them():
+    assert GroundedOptions.from_dict(GROUNDED_BEFORE).contradicted_at is None
+    assert GroundedOptions.from_dict(GROUNDED_BEFORE | GroundedOptions().to_dict()) == GroundedOptions()
 
 
 @pytest.mark.parametrize("policy", [{"motion": "allow"}, {"doubt": "refuse"}])

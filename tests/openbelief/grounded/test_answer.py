@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import pytest
 
+from openbelief.grounded.doubt import judge
+from openbelief.grounded.options import GroundedOptions
+from openbelief.grounded.reader import GroundedReader
 from openbelief.rooms import Room
+from tests.openbelief.grounded.conftest import ENCODER
 
 KITCHEN = Room("kitchen", [[0, 0], [5, 0], [5, 5], [0, 5]])
 OFFICE = Room("office", [[5, 0], [10, 0], [10, 5], [5, 5]])
@@ -146,3 +150,61 @@ def test_every_part_of_the_sentence_says_what_it_added(memory):
     best = memory.with_rooms([KITCHEN, OFFICE]).answer("the printer in the office next to the desk").candidates[0]
     assert set(best.terms) == {"thing", "place", "relation", "not", "which"}
     assert best.score == pytest.approx(sum(best.terms.values()))
+
+
+@pytest.fixture
+def chairs(site):
+    """Things of which a colour or a material was said, and a bookcase of which none was."""
+    site.add(["gray chair", "chair", "gray chair"], (0, 0))
+    site.add(["white armchair", "armchair"], (3, 0))
+    site.add(["wooden table", "table", "small table"], (6, 0), (1.0, 1.0, 0.7))
+    site.add([*["brown sofa"] * 19, "red sofa"], (9, 0), (2.0, 0.8, 0.8))
+    site.add("bookcase", (12, 0))
+    return site.memory()
+
+
+@pytest.mark.parametrize(
+    ("sentence", "because"),
+    [
+        ("the red chair", "what fits best was called gray, never red"),
+        ("a plastic table", "what fits best was called wooden, never plastic"),
+        ("the large table", "what fits best was called small, never large"),
+        ("take me to the red sofa", "what fits best was called brown, hardly ever red"),
+        ("a red or a green chair", "never red"),
+        ("the second blue chair", "never blue"),
+    ],
+)
+def test_a_colour_size_or_material_that_the_words_of_the_map_deny_makes_it_unsure(chairs, sentence, because):
+    answer = chairs.answer(sentence)
+    assert answer.answer == "unsure" and because in answer.because
+    assert answer.candidates[0].contradicted > 0.9
+
+
+@pytest.mark.parametrize("sentence", ["the gray chair", "a grey or a red chair", "silver chair", "small wooden table"])
+def test_a_colour_that_was_said_or_lies_between_is_found(chairs, sentence):
+    answer = chairs.answer(sentence)
+    assert (answer.answer, answer.notes, answer.candidates[0].contradicted) == ("found", (), 0.0)
+
+
+def test_a_colour_of_which_nobody_spoke_is_found_and_that_is_told(chairs):
+    answer = chairs.answer("the red bookcase")
+    assert (answer.answer, answer.candidates[0].object_id) == ("found", 4)
+    assert answer.notes == ("whether it is red was never said",)
+
+
+def test_what_is_named_by_its_colour_alone_is_unsure_where_nobody_called_anything_so(chairs):
+    answer = chairs.answer("something purple next to the bookcase")
+    assert answer.answer == "unsure" and "called" in answer.because and "purple" in answer.because
+
+
+def test_which_one_is_counted_among_those_that_the_colour_does_not_rule_out(site):
+    site.add(["red chair", "chair"], (0, 0), 0.4)
+    site.add(["gray chair", "chair"], (3, 0), 0.9)
+    answer = site.memory().answer("the largest red chair")
+    assert (answer.answer, answer.candidates[0].object_id) == ("found", 0)
+
+
+def test_without_the_option_no_colour_is_doubted(chairs):
+    reader = GroundedReader(lambda: chairs.reader().table, (), ENCODER.id, GroundedOptions(contradicted_at=None))
+    reading = reader.read(chairs.asked("the red chair"))
+    assert judge(reading, 0) == ("found", "") and not reading.contradicted.any()

@@ -105,6 +105,18 @@ def test_why_says_what_each_part_of_a_sentence_added_for_an_object(memory, capsy
     assert "rank 1" in capsys.readouterr().out
 
 
+def test_query_and_why_show_how_far_the_words_of_the_map_contradict_the_sentence(memory, capsys):
+    best = answer(capsys, "query", memory, "the blue chair")["candidates"][0]
+    assert (best["object_id"], best["contradicted"]) == (0, 1.0)
+    assert answer(capsys, "query", memory, "the red chair")["candidates"][0]["contradicted"] == 0.0
+    assert answer(capsys, "why", memory, 0, "--asked", "the blue chair")["asked"]["contradicted"] == 1.0
+    assert main(["query", str(memory), "the blue chair", "--wide"]) == 0
+    shown = capsys.readouterr().out
+    assert "Unsure: what fits best was called red, never blue." in shown and "contradicted" in shown
+    assert main(["why", str(memory), "0", "--asked", "the blue chair"]) == 0
+    assert "100% is another" in capsys.readouterr().out
+
+
 def test_what_a_model_said_is_shown_as_plain_text(memory, capsys):
     assert main(["why", str(memory), "2"]) == 0
     shown = capsys.readouterr().out
