@@ -35,6 +35,7 @@ class Attempt:
         self.goals = deque(goals)
         self.looks = ReObservation(node.centroid)
         self.doubted: tuple[Look, ...] = ()  # what doubtful looks saw at the place
+        self.unlooked = 0  # looks that perception could make nothing of
         self.unseen_because = ""  # no pose can see it; only a person's yes sends the robot there
         self.approach: Approach | None = None
         self.tried = 0

@@ -28,6 +28,7 @@ class Event(StrEnum):
     MATCHED = "matched"
     LOW_VISIBILITY = "low_visibility"
     DOUBTFUL = "doubtful"  # a first look decides neither way
+    UNLOOKED = "unlooked"  # perception could not look at this one frame
     LOOKED_AGAIN = "looked_again"
     REJECTED = "rejected"
     EXCLUDED = "excluded"
@@ -60,7 +61,8 @@ ENDS = {
     f"{NOT_FOUND}, and nothing was driven to.",
     End.NAVIGATION_FAILED: "No candidate could be verified: none was left that the robot could reach and see.",
     End.CANCELLED: "The operator stopped, declined or did not answer, or somebody else cancelled or replaced the goal.",
-    End.FAULT: "Nav2, localisation, a sensor or the link was lost, the memory changed, or a cancel went unanswered.",
+    End.FAULT: "Nav2, localisation, a sensor, perception or the link was lost, the memory changed, or a cancel went "
+    "unanswered.",
 }
 
 # How the end of a navigation goal reads to the mission. Somebody else's hand on the robot ends the mission: a second
@@ -83,6 +85,7 @@ TOLD = {
     Event.UNREACHED: "Setting the {label} aside: {because}",
     Event.LOW_VISIBILITY: "Looking at the {label} again: {because}",
     Event.DOUBTFUL: "Looking at the {label} once more: {because}",
+    Event.UNLOOKED: "Looking at the {label} again: {because}",
     Event.REJECTED: "This {label} is not confirmed: {because}",
 }
 

@@ -38,6 +38,7 @@ class MissionMachine(StateMachine):
     matched = verify.to(confirmed)
     low_visibility = verify.to(re_observe)
     doubtful = verify.to(re_observe)
+    unlooked = verify.to(re_observe)
     looked_again = re_observe.to(verify)
     rejected = verify.to(exclude) | re_observe.to(exclude)
     excluded = exclude.to(retrieve)

@@ -63,11 +63,13 @@ from openbelief.goal_pose import GoalSearch, goal_poses
 from openbelief.grounded.options import GroundedOptions
 from openbelief.memory import ObjectMemory
 from openbelief.parameters import Parameters
+from openbelief.perception.ports import FrameUnseen, PerceptionFailed
 from openbelief.request import parse
 from openbelief.verification import Verdict
 
 RANKED = 10  # candidates whose scores are written down
 SET_ASIDE_MAX = 3
+FROM_HERE = "look once more from here"
 
 # What the checks say -> the event; any other verdict rejects.
 VERDICTS = {
@@ -213,7 +215,13 @@ class Mission:
         """Acquire an arrival observation and evaluate candidate i with the three ordered checks."""
         query.arrivals += 1
         frame = arrival_frame(query.arrivals, last.stood_ns, self._ports, self._policy)
-        masks = self._ports.perception.perceive(frame)
+        try:
+            masks = self._ports.perception.perceive(frame)
+        except FrameUnseen as unseen:
+            if self._policy.unlooked == "fault":
+                raise
+            query.current.unlooked += 1
+            return Step(Event.UNLOOKED, str(unseen), stood_ns=frame.stamp_ns + 1)
         node = query.current.node
         checks, relative = checks_of(
             frame,
@@ -234,14 +242,18 @@ class Mission:
     def _re_observe(self, query: QueryProgress, last: Step) -> Step:
         """One bounded re-observation; with no look left, what could not be seen is not confirmed.
 
-        What was in doubt is looked at once more all the same, from where the robot stands.
+        What was in doubt is looked at once more all the same, from where the robot stands. So is a place of which one
+        frame gave perception nothing, before the robot moves for it; where no frame does it is set aside: that is no
+        evidence against it.
         """
         attempt = query.current
+        if last.event is Event.UNLOOKED and attempt.unlooked == 1:
+            return replace(last, event=Event.LOOKED_AGAIN, because=FROM_HERE)
         look = attempt.looks.next_look(robot_pose(self._ports, self._policy), attempt.goals)
         if look is None and last.event is Event.DOUBTFUL:
-            return replace(last, event=Event.LOOKED_AGAIN, because="look once more from here")
+            return replace(last, event=Event.LOOKED_AGAIN, because=FROM_HERE)
         if look is None:
-            return Step(Event.REJECTED, last.because)
+            return Step(Event.UNREACHED if last.event is Event.UNLOOKED else Event.REJECTED, last.because)
         self._journal.write(look_record(attempt.node.id, look))
         path_prefix: PathPrefix = ()
         if look.is_move:
@@ -328,4 +340,5 @@ def fingerprint(memory: ObjectMemory) -> str:
 
 def _fault_sentence(error: Exception) -> str:
     """A port's sentence as it is; anything else with its kind, for it is a defect."""
-    return str(error) if isinstance(error, PortError | RobotMayMove) else f"unexpected {type(error).__name__}: {error}"
+    known = isinstance(error, PortError | PerceptionFailed | RobotMayMove)
+    return str(error) if known else f"unexpected {type(error).__name__}: {error}"

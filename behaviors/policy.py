@@ -28,6 +28,7 @@ class MissionPolicy:
     readout: Literal["grounded", "consensus", "early", "belief"] = "grounded"  # "consensus": the paper's on the robot
     # Is it what was asked for? "relative": asks the map again with what is seen there; "paper": one threshold tau_q.
     arrival_check: Literal["relative", "paper"] = "relative"
+    unlooked: Literal["look again", "fault"] = "look again"  # at what one frame did not show; "fault": trials of before
     # What is in doubt ("grounded" only): "ask" a person where it is unsure, "refuse" that too (nobody is there to ask),
     # or "insist" and drive whatever the map says.
     doubt: Literal["ask", "refuse", "insist"] = "ask"

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeVar
 
-from drivers.ports import PortError
 from logs.trial import records
 from logs.trial.journal import Attached, Journal
+from logs.trial.port_errors import kind_of
 
 Answer = TypeVar("Answer")
 
@@ -31,11 +31,5 @@ class Inputs:
         try:
             return port()
         except Exception as error:
-            self.write(records.PortFailure(call=call, kind=_kind(error), message=str(error), polls=self.polls))
+            self.write(records.PortFailure(call=call, kind=kind_of(error), message=str(error), polls=self.polls))
             raise
-
-
-def _kind(error: Exception) -> str:
-    """The exception's name, as the ports know it: a driver's own kind of PoseUnavailable is a PoseUnavailable."""
-    ported = (kind.__name__ for kind in type(error).__mro__ if kind.__module__ == PortError.__module__)
-    return next(ported, type(error).__name__)

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TypeVar
 
-from drivers.ports import LinkLost, PortError, PoseUnavailable, StaleData, StopRequest
+from drivers.ports import PortError, StopRequest
 from logs.trial import records
 from logs.trial.journal import Entry
+from logs.trial.port_errors import error_of
 
 Kind = TypeVar("Kind", bound=records.Record)
-PORT_ERRORS = {kind.__name__: kind for kind in (PortError, StaleData, PoseUnavailable, LinkLost)}
 
 
 class Divergence(PortError):
@@ -47,7 +47,7 @@ class RecordedInputs:
         failure = self.upcoming
         if isinstance(failure, records.PortFailure) and failure.call == call and failure.polls <= self._polls:
             self._next()
-            raise _error(failure)
+            raise error_of(failure.kind, failure.message)
 
     def stop(self) -> StopRequest | None:
         """The operator's STOP, at the very poll at which it was heard."""
@@ -73,11 +73,3 @@ class RecordedInputs:
         self._given += 1
         self._polls = 0
         return entry
-
-
-def _error(failure: records.PortFailure) -> Exception:
-    """The exception again: a port's own, or one of the same name and words."""
-    known = PORT_ERRORS.get(failure.kind)
-    if known is not None:
-        return known(failure.message)
-    return type(failure.kind, (RuntimeError,), {})(failure.message)

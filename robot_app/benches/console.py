@@ -67,6 +67,7 @@ def _said(options: argparse.Namespace, what: str, found: Any) -> Any:
     return found
 
 
+PAINTED = "window.openbelief?.link.seen >= 0"  # a command names what was on the screen
 TAKE = "openbelief.link.command({type: 'take', over: true})"
 LIST_TRIALS = """(least) => new Promise((done) => {
   const start = performance.now();
@@ -94,7 +95,7 @@ class ConsoleBench:
             context = self._browser.new_context(viewport={"width": 1440, "height": 900})
             self._page = context.new_page()
             self._page.goto(self._link())
-            self._until("snapshot", "window.openbelief?.state?.n")
+            self._until("painted snapshot", PAINTED)
             self._page.evaluate("(site) => openbelief.plan.setSite(site, null, null)", _site())
             self._page.evaluate(TAKE)
             self._until("lease", "openbelief.state.you.epoch")
@@ -191,14 +192,16 @@ class ConsoleBench:
     def _plain(self, opened: ExitStack) -> PlainTab:
         """A tab that commands, in a Chromium of its own."""
         tab = PlainChromium(opened).tab(self._link())
-        until("snapshot", lambda: tab.evaluate("window.openbelief?.state?.n"))
+        until("painted snapshot", lambda: tab.evaluate(PAINTED))
         tab.evaluate(TAKE)
         until("lease", lambda: tab.evaluate("openbelief.state.you.epoch"))
         return tab
 
     def _drive(self, page: Any = None) -> Any:
-        """A page whose mission's robot is under way."""
+        """A page whose mission's robot is under way, from the same place each time: it must not get there."""
         until("end of the mission before", lambda: self._operator.mission is None)
+        self._robot.type("home")
+        self._robot.expect("home_ns")
         page = page or self.page()
         self._robot.forget()
         page.evaluate(f"openbelief.link.command({{type: 'ask', epoch: openbelief.state.you.epoch, text: '{THING}'}})")

@@ -34,6 +34,7 @@ BEFORE = {
     "standing": "inferred",
     "readout": "consensus",
     "arrival_check": "paper",
+    "unlooked": "fault",
 }  # what a trial did whose policy does not say
 
 

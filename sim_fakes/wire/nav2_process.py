@@ -6,7 +6,7 @@ monotonic clock (which processes share). Goals never end by themselves. With --w
 drives, /tf, /map, camera and lidar. It ends when its standard input does.
 
 A line on standard input makes trouble: "claim succeeded" or "claim aborted" says so of the goal under way while the
-robot drives on; "where" prints how the robot is moving.
+robot drives on; "where" prints how the robot is moving; "home" carries it back to where it stood at first.
 """
 
 from __future__ import annotations
@@ -95,6 +95,9 @@ def _obey(line: str, nav2: SimNav2Server, robot: SimRobot) -> None:
     elif word == "where":
         pose = robot.pose
         say({"x": pose.x, "y": pose.y, "moving": robot.moving})
+    elif word == "home":
+        robot.place(START)
+        say({"home_ns": time.monotonic_ns()})
 
 
 def _options(arguments: Sequence[str]) -> argparse.Namespace:

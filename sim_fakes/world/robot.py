@@ -63,8 +63,7 @@ class SimRobot:
         self, world: Ground, clock: SimClock, pose: Pose2, localisation_error: LocalisationError | None = None
     ) -> None:
         self._clearance = Clearance(world.occupancy_grid())
-        if self._clearance.at(pose.x, pose.y) < BODY_RADIUS_M:
-            raise ValueError(f"The robot does not fit at x={pose.x:.2f} y={pose.y:.2f}: an obstacle is too near.")
+        self._require_room(pose)
         self._lock = threading.RLock()
         self._pose, self._speed, self._travelled = pose, 0.0, 0.0
         self._route: Route | None = None
@@ -121,10 +120,21 @@ class SimRobot:
         with self._lock:
             self._route, self._blocked = Route(np.vstack((self._pose.xy, path)), final_yaw), None
 
+    def place(self, pose: Pose2) -> None:
+        """Somebody carries it there, where it stands. Raises ValueError where it does not fit."""
+        self._require_room(pose)
+        with self._lock:
+            self.halt()
+            self._pose = pose
+
     def halt(self) -> None:
         """Stop where it stands."""
         with self._lock:
             self._route, self._speed = None, 0.0
+
+    def _require_room(self, pose: Pose2) -> None:
+        if self._clearance.at(pose.x, pose.y) < BODY_RADIUS_M:
+            raise ValueError(f"The robot does not fit at x={pose.x:.2f} y={pose.y:.2f}: an obstacle is too near.")
 
     def step(self) -> None:
         """Move by one period of 0.02 s."""

@@ -31,6 +31,7 @@ TABLE = {
     ("verify", "matched"): "confirmed",
     ("verify", "low_visibility"): "re_observe",
     ("verify", "doubtful"): "re_observe",
+    ("verify", "unlooked"): "re_observe",
     ("verify", "rejected"): "exclude",
     ("re_observe", "looked_again"): "verify",
     ("re_observe", "rejected"): "exclude",

@@ -95,6 +95,19 @@ def test_standing_in_a_wall_is_refused():
         SimRobot(Yard(), SimClock(0), Pose2(5.0, 1.0, 0))
 
 
+def test_where_it_is_carried_it_stands():
+    clock = SimClock(0)
+    robot = SimRobot(Yard(), clock, Pose2(1, 1, 0))
+    robot.follow(np.array([[4.0, 1.0]]), 0.0)
+    clock.sleep(2.0)
+    with pytest.raises(ValueError, match="does not fit"):
+        robot.place(Pose2(5.0, 1.0, 0))
+    assert robot.moving
+    robot.place(Pose2(2.0, 6.0, 1.0))
+    clock.sleep(2.0)
+    assert (robot.pose, robot.moving) == (Pose2(2.0, 6.0, 1.0), False)
+
+
 @pytest.mark.parametrize("path", [np.zeros((0, 2)), np.zeros((2, 3)), np.array([[np.nan, 0.0]])])
 def test_a_path_that_is_no_path_is_refused(path):
     robot = SimRobot(Yard(), SimClock(0), Pose2(1, 1, 0))
