@@ -112,6 +112,10 @@ def _goal(goal: records.Goal) -> str:
     return f"{goal.purpose}{way}" if goal.pose else f"no goal pose: {goal.reason}"
 
 
+def _plain(state: str) -> str:
+    return state.replace("_", " ")
+
+
 # record -> its line; the others say their sentence or reason
 WORDS: dict[type[records.Record], Callable[[Any], str]] = {
     records.Query: lambda query: f"“{query.sentence}”",
@@ -120,7 +124,8 @@ WORDS: dict[type[records.Record], Callable[[Any], str]] = {
     records.Goal: _goal,
     records.OperatorReply: lambda said: f"{said.reply}{f' ({said.who}, {said.how})' if said.who else ''}",
     records.Checks: lambda checks: f"{checks.verdict}: {checks.reason}",
-    records.Transition: lambda step: f"{step.source} → {step.target}: {step.because}",
+    records.Frame: lambda frame: f"{frame.intrinsics.width} x {frame.intrinsics.height}, as it was judged or measured",
+    records.Transition: lambda step: f"{_plain(step.source)} → {_plain(step.target)}: {step.because}",
     records.Feedback: lambda feedback: f"{feedback.distance_remaining_m:.1f} m to go",
     records.Ended: lambda ended: f"{ended.end}: {ended.reason}",
 }
