@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -11,11 +12,33 @@ if TYPE_CHECKING:
     from robot_app.console.listening import Listening
 
 
-def from_one(text: str) -> int:
-    """A whole number from 1."""
-    if not text.isdigit() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"a whole number from 1, not {text!r}")
-    return int(text)
+def whole(lowest: int, highest: int | None = None) -> Callable[[str], int]:
+    """A whole number within bounds, both allowed; highest None: without an upper one."""
+    asked = f"a whole number from {lowest}" + ("" if highest is None else f" to {highest}")
+
+    def parsed(text: str) -> int:
+        if not text.isdecimal() or not lowest <= int(text) <= (math.inf if highest is None else highest):
+            raise argparse.ArgumentTypeError(f"{asked}, not {text!r}")
+        return int(text)
+
+    return parsed
+
+
+from_one = whole(1)
+
+
+def number(unit: str, lowest: float, highest: float) -> Callable[[str], float]:
+    """A number of a unit within bounds, both allowed."""
+
+    def parsed(text: str) -> float:
+        if not lowest <= (value := _float(text)) <= highest:
+            raise argparse.ArgumentTypeError(f"a number of {unit} from {lowest:g} to {highest:g}, not {text!r}")
+        return value
+
+    return parsed
+
+
+bench_seconds = number("seconds", 1, 3600)
 
 
 def seconds(text: str) -> float:
@@ -27,13 +50,17 @@ def seconds(text: str) -> float:
 
 def signed_seconds(text: str) -> float:
     """A finite number of seconds."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
+    if not math.isfinite(value := _float(text)):
         raise argparse.ArgumentTypeError(f"a number of seconds, not {text!r}")
     return value
+
+
+def _float(text: str) -> float:
+    """NaN where it is no number."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
 
 
 def perception(text: str) -> str:

@@ -15,6 +15,7 @@ from dataclasses import replace
 from typing import Any
 
 from drivers.ports import PortError
+from drivers.processes import end_or_kill
 from robot_app.config import Config
 
 END_S = 10.0
@@ -39,11 +40,7 @@ def in_wall_time(config: Config) -> Iterator[Config]:
     finally:
         assert process.stdin is not None and process.stdout is not None
         process.stdin.close()  # the end of its input ends it
-        try:
-            process.wait(END_S)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
+        end_or_kill(process, END_S)
         process.stdout.close()
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from types import TracebackType
 
 from drivers.dds.raw import DdsUnavailable
+from drivers.processes import end_or_kill
 from drivers.repeats import Repeats
 from drivers.topics import NAVIGATE_TO_POSE
 from drivers.watchdog.hands import Acknowledgement
@@ -54,11 +55,7 @@ class RosHelperHand:
         if self._process.stdin is not None:
             with suppress(BrokenPipeError):  # it has ended already
                 self._process.stdin.close()
-        try:
-            self._process.wait(CLOSE_S)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
+        end_or_kill(self._process, CLOSE_S)
 
     @property
     def servers(self) -> int:

@@ -18,11 +18,13 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
+from drivers.processes import end_or_kill
 from robot_app.benches.programs import START_S, until
 from robot_app.cli import Failure
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 ANSWER_S = 20.0
+END_S = 5.0
 ARGUMENTS = ("--headless", "--no-sandbox", "--no-first-run", "--remote-debugging-port=0", "about:blank")
 
 
@@ -73,11 +75,7 @@ class PlainChromium:
 
     def _end(self) -> None:
         self._process.terminate()
-        try:
-            self._process.wait(5.0)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
+        end_or_kill(self._process, END_S)
 
 
 class PlainTab:

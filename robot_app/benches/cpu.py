@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import argparse
 import resource
 import time
 from collections.abc import Callable
 from typing import Any, TypeVar
 
+from robot_app import arguments
+
 T = TypeVar("T")
+count = arguments.whole(1, 1_000_000)  # of things that a bench makes
 
 
 def cpu_s(work: Callable[[], T], times: int = 1) -> tuple[float, T]:
@@ -37,10 +39,3 @@ def said(row: dict[str, Any]) -> str:
     if row["ratio"] is None:
         return "plain not run"
     return f"plain {row['plain_cpu_s']:.3g} s, {row['ratio']:g}x, {'equal' if row['equal'] else 'NOT EQUAL'}"
-
-
-def count(text: str) -> int:
-    """1 to 1 000 000; raises ArgumentTypeError."""
-    if not (text.isdecimal() and 1 <= int(text) <= 1_000_000):
-        raise argparse.ArgumentTypeError(f"should be a whole number from 1 to 1000000, got '{text}'")
-    return int(text)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
+from robot_app import arguments
 from robot_app.benches.cpu import beside_plain, count, cpu_s, peak_mb, said
 from robot_app.cli import Failure, print_json
 
@@ -23,9 +24,11 @@ if TYPE_CHECKING:
 
 EXACT_M, LONGER = 119.0, 0.1  # ways up to here are the shortest, beyond they may be longer by such a share
 
+SIDE_M = arguments.number("metres", 16, 1000)
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--site", type=_side, default=200.0, metavar="M", help="its side in metres (default 200)")
+    parser.add_argument("--site", type=SIDE_M, default=200.0, metavar="M", help="its side in metres (default 200)")
     parser.add_argument(
         "--rooms-away", type=count, nargs="+", default=[1, 2, 5, 10, 20], metavar="N", help="default 1 2 5 10 20"
     )
@@ -155,13 +158,3 @@ def _line(row: dict[str, Any]) -> str:
     away = f"{row['rooms_away']} rooms away{', behind a wall, ' if row['wall'] else ''}{row['wall']}"
     longer = f", {row['longer']:.1%} longer" if row.get("longer") else ""
     return f"{away}: {way}: {row['cpu_s']:.3f} s of CPU, {row['peak_mb']} MB; {said(row)}{longer}"
-
-
-def _side(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = 0.0
-    if not 16.0 <= value <= 1000.0:
-        raise argparse.ArgumentTypeError(f"a side should be a number of metres from 16 to 1000, got '{text}'")
-    return value

@@ -13,7 +13,7 @@ import sys
 import time
 from typing import TYPE_CHECKING, Any
 
-from robot_app.benches.duration import seconds
+from robot_app import arguments
 from robot_app.cli import Failure, print_json
 
 if TYPE_CHECKING:
@@ -23,7 +23,9 @@ SETTLE_S, POLL_S = 10.0, 0.1
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--seconds", type=seconds, default=30.0, help="how long the emulated lidar sends (default 30)")
+    parser.add_argument(
+        "--seconds", type=arguments.bench_seconds, default=30.0, help="how long the emulated lidar sends (default 30)"
+    )
 
 
 def run(options: argparse.Namespace) -> None:

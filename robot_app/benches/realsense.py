@@ -16,7 +16,7 @@ from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Any
 
-from robot_app.benches.duration import seconds
+from robot_app import arguments
 from robot_app.cli import Failure, print_json
 
 if TYPE_CHECKING:
@@ -26,7 +26,9 @@ SETTLE_S, POLL_S = 3.0, 0.1
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--seconds", type=seconds, default=20.0, help="how long each colour size runs (default 20)")
+    parser.add_argument(
+        "--seconds", type=arguments.bench_seconds, default=20.0, help="how long each colour size runs (default 20)"
+    )
 
 
 def run(options: argparse.Namespace) -> None:

@@ -18,7 +18,7 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from robot_app.benches.duration import seconds
+from robot_app import arguments
 from robot_app.cli import Failure, print_json
 
 if TYPE_CHECKING:
@@ -34,7 +34,9 @@ KEPT_AS = {"/camera/color/image_raw": "/camera/color/image_raw/compressed"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--seconds", type=seconds, default=60.0, help="how long the sources send (default 60)")
+    parser.add_argument(
+        "--seconds", type=arguments.bench_seconds, default=60.0, help="how long the sources send (default 60)"
+    )
     parser.add_argument(
         "--folder", type=Path, metavar="DIR", help="the disk to measure (default: the temporary folder)"
     )

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from drivers.dds.raw import dds_installed
+from robot_app import arguments
 from robot_app.benches.programs import START_S, Program, own_dds, until
 from robot_app.cli import Failure, print_json
 
@@ -31,7 +32,7 @@ LATE_S = 60.0  # a bound on hanging, also on a busy machine; PROMISE_S is what i
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--runs", type=_runs, default=20, help="of each loss (default 20)")
+    parser.add_argument("--runs", type=arguments.whole(1, 1000), default=20, help="of each loss (default 20)")
     parser.add_argument(
         "--sensors", action="store_true", help="onboard publishes an emulated camera and lidar meanwhile"
     )
@@ -170,9 +171,3 @@ def _table(result: dict[str, dict[str, Any]]) -> str:
     head = f"{'loss':<14}{'runs':>6}{'median':>10}{'worst':>10}"
     rows = [f"{n:<14}{t['runs']:>6}{t['median_s']:>8.3f} s{t['worst_s']:>8.3f} s" for n, t in result.items()]
     return "\n".join([head, *rows])
-
-
-def _runs(text: str) -> int:
-    if not text.isdigit() or not 1 <= int(text) <= 1000:
-        raise argparse.ArgumentTypeError(f"runs must be a whole number from 1 to 1000, got '{text}'")
-    return int(text)

@@ -7,7 +7,8 @@ bench misses its own promise (data lost, a deadline passed).
 from __future__ import annotations
 
 import argparse
-import importlib
+
+from robot_app.subverbs import add_subverbs, run_subverb
 
 BENCHES = {
     "livox": "the MID-360 receiver at 200 000 points/s: share of a core, packets lost",
@@ -27,15 +28,8 @@ EXAMPLE = "openbelief bench livox --seconds 5"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    benches = parser.add_subparsers(dest="bench", metavar="BENCH", required=True)
-    for name, summary in BENCHES.items():
-        module = importlib.import_module(f"robot_app.benches.{name}")
-        bench = benches.add_parser(name, help=summary, description=(module.__doc__ or summary).strip())
-        bench.add_argument("--json", action="store_true", default=argparse.SUPPRESS, help="machine-readable result")
-        module.add_arguments(bench)
-        bench.set_defaults(bench_run=module.run)
+    add_subverbs(parser, "robot_app.benches", BENCHES, metavar="BENCH")
 
 
 def run(options: argparse.Namespace) -> int | None:
-    result: int | None = options.bench_run(options)
-    return result
+    return run_subverb(options)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import importlib
+
+from robot_app.subverbs import add_subverbs, run_subverb
 
 EVALUATIONS = {
     "retrieval": "free-form queries: R@1, R@3, SR@1m by kind, misses, purity",
@@ -17,14 +18,8 @@ EXAMPLE = "openbelief eval retrieval demo-out/site.belief demo-out/walk.truth.js
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    evaluations = parser.add_subparsers(dest="evaluation", metavar="EVALUATION", required=True)
-    for name, summary in EVALUATIONS.items():
-        module = importlib.import_module(f"robot_app.evals.{name}")
-        one = evaluations.add_parser(name, help=summary, description=(module.__doc__ or summary).strip())
-        one.add_argument("--json", action="store_true", default=argparse.SUPPRESS, help="machine-readable result")
-        module.add_arguments(one)
-        one.set_defaults(evaluate=module.run)
+    add_subverbs(parser, "robot_app.evals", EVALUATIONS, metavar="EVALUATION")
 
 
-def run(options: argparse.Namespace) -> None:
-    options.evaluate(options)
+def run(options: argparse.Namespace) -> int | None:
+    return run_subverb(options)

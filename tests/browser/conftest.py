@@ -24,6 +24,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, Playwright, sync_playwright
 
+from drivers.processes import end_or_kill
 from robot_app.benches.chromium import chromium_path
 from robot_app.config import load_config
 
@@ -96,11 +97,7 @@ class Program:
 
     def end(self) -> None:
         self._process.terminate()
-        try:
-            self._process.wait(30)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
+        end_or_kill(self._process, 30.0)
 
     def _link(self) -> str:
         end_s = time.monotonic() + PATIENCE_S

@@ -167,7 +167,9 @@ from functools import partial
 from drivers.clock import SystemClock
 from drivers.realsense.camera import RealSenseCamera
 from drivers.realsense.messages import RealSenseSettings
-from sim_fakes.sensors.realsense_software import TwinSpec, TwinState, box_images, open_twin
+from sim_fakes.sensors.realsense_bus import open_twin
+from sim_fakes.sensors.realsense_faults import TwinState
+from sim_fakes.sensors.realsense_software import TwinSpec, box_images
 opener = partial(open_twin, box_images, TwinSpec(), TwinState())
 with RealSenseCamera(RealSenseSettings(), SystemClock(), open_device=opener):
     print(multiprocessing.active_children()[0].pid, flush=True)

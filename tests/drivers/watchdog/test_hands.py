@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import sys
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from types import SimpleNamespace
 
 import pytest
@@ -12,6 +12,7 @@ import pytest
 from drivers.dds.action import without_header
 from drivers.dds.raw import DdsPeer, DdsUnavailable, dds_installed, ros_domain
 from drivers.ros import action
+from drivers.ros.zenoh_link import ZenohLink
 from drivers.watchdog.guard import WatchdogGuard
 from drivers.watchdog.heartbeat import Heartbeat, WatchdogView
 from drivers.watchdog.latch import BRIDGE_GONE, WatchdogState
@@ -35,6 +36,17 @@ def dds(monkeypatch):
             return opened.enter_context(DdsPeer(domain))
 
         yield SimpleNamespace(hand=lambda: DdsHand(peer()), nav2=lambda: DdsNav2(peer()))
+
+
+@contextmanager
+def watched(rig, hand):
+    """A watchdog with that hand, and a workstation that beats and listens, both on the rig's router."""
+    with ZenohLink(rig.link.config) as link:
+        guard, view = WatchdogGuard(link, hand=hand), WatchdogView(rig.link)
+        guard.start()
+        view.start()
+        with Heartbeat(rig.link):
+            yield guard, view
 
 
 def heard(hand, *servers) -> list:
@@ -87,14 +99,7 @@ def test_answers_to_others_and_bytes_that_are_none_are_ignored(dds, eventually):
 def test_a_bridge_that_ends_under_way_is_a_reason_to_stop_and_the_cancel_needs_no_bridge(rig, dds, eventually):
     hand, nav2 = dds.hand(), dds.nav2()
     nav2.drive()
-    with ExitStack() as opened:
-        from drivers.ros.zenoh_link import ZenohLink
-
-        guard = WatchdogGuard(opened.enter_context(ZenohLink(rig.link.config)), hand=hand)
-        guard.start()
-        view = WatchdogView(rig.link)
-        view.start()
-        opened.enter_context(Heartbeat(rig.link))
+    with watched(rig, hand) as (guard, view):
 
         def step() -> WatchdogState:
             nav2.step()
@@ -115,14 +120,7 @@ def test_a_bridge_that_ends_under_way_is_a_reason_to_stop_and_the_cancel_needs_n
 @with_dds
 def test_two_servers_behind_one_bridge_are_refused_before_a_drive(rig, dds, eventually):
     hand, _one, _other = dds.hand(), dds.nav2(), dds.nav2()
-    with ExitStack() as opened:
-        from drivers.ros.zenoh_link import ZenohLink
-
-        guard = WatchdogGuard(opened.enter_context(ZenohLink(rig.link.config)), hand=hand)
-        guard.start()
-        view = WatchdogView(rig.link)
-        view.start()
-        opened.enter_context(Heartbeat(rig.link))
+    with watched(rig, hand) as (guard, view):
         eventually(lambda: bool(guard.step() or True) and "2 Nav2 servers" in (view.trouble() or ""))
 
 
