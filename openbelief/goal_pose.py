@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import groupby
 
 import numpy as np
 
@@ -71,16 +73,22 @@ def goal_poses(
     try:
         cells, length_m = _reachable_boundary(cloud, grid, robot_pose)
         cells, length_m = _in_sight(cells, length_m, cloud, grid, float(T_base_camera[2, 3]))
-        goals = _judged(cells, length_m, cloud, grid, T_base_camera, intrinsics, parameters)
     except _Nowhere as nowhere:
         return GoalSearch([], str(nowhere))
-    good = [goal for goal in goals if goal.expected_visibility >= parameters.tau_nu]
-    if not good:
-        goals.sort(key=lambda goal: (-round(goal.expected_visibility, 2), goal.path_length_m))
-        reason = _unseeable(cloud, goals[0].expected_visibility, T_base_camera, intrinsics, parameters)
-        return GoalSearch([], reason, blind=tuple(_spread(goals, limit)))
-    good.sort(key=lambda goal: (int(goal.path_length_m / SAME_WAY_M), -goal.expected_visibility, goal.path_length_m))
-    return GoalSearch(_spread(good, limit))
+    judged: list[GoalPose] = []
+    kept: list[GoalPose] = []
+    for goals in _judged(cells, length_m, cloud, grid, T_base_camera, intrinsics, parameters):
+        judged += goals
+        good = [goal for goal in goals if goal.expected_visibility >= parameters.tau_nu]
+        good.sort(key=lambda goal: (-goal.expected_visibility, goal.path_length_m))
+        kept = _spread(kept + good, limit)
+        if len(kept) == limit:
+            break
+    if kept:
+        return GoalSearch(kept)
+    judged.sort(key=lambda goal: (-round(goal.expected_visibility, 2), goal.path_length_m))
+    reason = _unseeable(cloud, judged[0].expected_visibility, T_base_camera, intrinsics, parameters)
+    return GoalSearch([], reason, blind=tuple(_spread(judged, limit)))
 
 
 def _reachable_boundary(points: Array, grid: OccupancyGrid, robot: Pose2) -> tuple[Array, Array]:
@@ -154,16 +162,22 @@ def _judged(
     T_base_camera: Array,
     intrinsics: Intrinsics,
     parameters: Parameters,
-) -> list[GoalPose]:
-    """Each cell as a pose that faces the object's centroid, with the nu to expect there."""
+) -> Iterator[list[GoalPose]]:
+    """Each cell, nearest first, as a pose that faces the object's centroid, with the nu to expect there.
+
+    Together come those that are equally far, when they are asked for: most searches end with the first few.
+    """
     screen, sample = SelfOcclusion(points, parameters.voxel_m), thinned(points, MAX_POINTS)
     centroid = points.mean(axis=0, dtype=np.float64)
-    goals = []
-    for (x, y), way_m in zip(grid.centre(cells), length_m, strict=True):
-        pose = Pose2(float(x), float(y), float(np.arctan2(centroid[1] - y, centroid[0] - x)))
-        nu = expected_visibility(sample, screen, pose.matrix() @ T_base_camera, intrinsics, parameters)
-        goals.append(GoalPose(pose, nu, float(way_m)))
-    return goals
+    for _, equally_far in groupby(
+        zip(grid.centre(cells).tolist(), length_m.tolist(), strict=True), key=lambda each: int(each[1] / SAME_WAY_M)
+    ):
+        goals = []
+        for (x, y), way_m in equally_far:
+            pose = Pose2(x, y, float(np.arctan2(centroid[1] - y, centroid[0] - x)))
+            nu = expected_visibility(sample, screen, pose.matrix() @ T_base_camera, intrinsics, parameters)
+            goals.append(GoalPose(pose, nu, way_m))
+        yield goals
 
 
 def _spread(goals: list[GoalPose], limit: int) -> list[GoalPose]:

@@ -6,6 +6,8 @@ over every fourth cell has a sixteenth of the work, and over every cell it is th
 
 from __future__ import annotations
 
+from itertools import count
+
 import numpy as np
 
 from openbelief.arrays import Array
@@ -17,7 +19,7 @@ STEPS = np.array(STRAIGHT + DIAGONAL)
 LENGTHS = np.hypot(STEPS[:, 0], STEPS[:, 1])[:, None]
 BITS = (1 << np.arange(8, dtype=np.uint8))[:, None]
 ALL, BUT_FIRST, BUT_LAST = slice(None), slice(1, None), slice(None, -1)
-EACH = 8  # rounds: then what leads nowhere is left out
+EACH = 16  # rounds: then what leads nowhere is left out
 
 
 class Lattice:
@@ -30,8 +32,7 @@ class Lattice:
         self.stride = stride
         self._first = np.floor_divide(low, stride)
         self._shape = np.floor_divide(np.asarray(high) - 1, stride) - self._first + 2  # the last point may lie beyond
-        cells = (self._shape - 1) * stride + 1
-        moves = _moves(walkable.window(self._first * stride, self._first * stride + cells), stride)
+        moves = _moves(walkable.window(self._first * stride, (self._first + self._shape) * stride), stride)
         self._moves = np.pad(moves, 1).ravel()
         self._width = int(self._shape[1]) + 2
         self._steps = (STEPS @ [self._width, 1])[:, None]
@@ -44,11 +45,18 @@ class Lattice:
         on = np.isfinite(lengths) & (off == 0).all(axis=1) & ((points >= 0) & (points < self._shape)).all(axis=1)
         np.minimum.at(self.lengths, self._flat(points[on]), lengths[on])
 
-    def points(self) -> tuple[Array, Array]:
-        """(k, 2) cells of the points that ways lead to, and (k,) their lengths."""
-        reached = np.flatnonzero(np.isfinite(self.lengths))
-        points = np.stack(np.divmod(reached, self._width), axis=1) - 1
-        return (points + self._first) * self.stride, self.lengths[reached]
+    def start_from(self, other: Lattice) -> None:
+        """Ways that another lattice found lead on from where they meet this one's window."""
+        low = self._first * self.stride
+        self.start(*other.points(low, low + self._shape * self.stride))
+
+    def points(self, low: Array, high: Array) -> tuple[Array, Array]:
+        """(k, 2) cells in a window of the points that ways lead to, and (k,) their lengths."""
+        first = np.maximum(-np.floor_divide(-low, self.stride) - self._first, 0)
+        last = np.maximum(-np.floor_divide(-high, self.stride) - self._first, first)
+        lengths = self.lengths.reshape(-1, self._width)[1:-1, 1:-1][first[0] : last[0], first[1] : last[1]]
+        reached = np.isfinite(lengths)
+        return (np.argwhere(reached) + first + self._first) * self.stride, lengths[reached]
 
     def at(self, cells: Array) -> Array:
         """(m,) lengths of the ways to (m, 2) points in the window, inf where none was found."""
@@ -58,23 +66,26 @@ class Lattice:
     def walk(self, bound: float = np.inf, low: Array | None = None, high: Array | None = None) -> None:
         """All shortest ways from where they start; no farther than may lead into the box `low` to `high` by `bound`.
 
-        Bellman and Ford's algorithm by fronts: a point whose way got shorter is walked on from. Over floor nearly every
-        point is in one front only, and what remains is the least of all ways' sums, to the bit as Dijkstra's.
+        Dijkstra's algorithm by fronts: no step is shorter than a stride, so of the points to walk on from all that are
+        less than that behind the nearest have their shortest ways already, and each is walked on from once.
         """
-        front, place = np.flatnonzero(np.isfinite(self.lengths)), np.zeros(len(self.lengths), np.int32)
+        waiting, place = np.flatnonzero(np.isfinite(self.lengths)), np.zeros(len(self.lengths), np.int32)
         lengths, step = self.lengths, LENGTHS * self.stride
-        rounds = 0
-        while len(front):
+        for rounds in count():
             if low is not None and high is not None and rounds % EACH == 0:
-                front = front[self._worthwhile(front, bound, low, high)]
-            rounds += 1
-            beside, longer = front + self._steps, lengths[front] + step
-            better = (self._moves[front] & BITS) != 0
-            better &= longer < lengths[beside]
-            beside, longer = beside[better], longer[better]
+                waiting = waiting[self._worthwhile(waiting, bound, low, high)]
+            if not len(waiting):
+                return
+            far = lengths.take(waiting)
+            now = far < far.min() + self.stride
+            front = waiting[now]
+            beside, longer = front + self._steps, far[now] + step
+            better = np.flatnonzero((longer < lengths.take(beside)) & ((self._moves.take(front) & BITS) != 0))
+            beside, longer = beside.take(better), longer.take(better)
             np.minimum.at(lengths, beside, longer)
-            place[beside] = np.arange(len(beside), dtype=np.int32)  # the last of those that are the same cell stays
-            front = beside[place[beside] == np.arange(len(beside), dtype=np.int32)]
+            number = np.arange(len(beside), dtype=np.int32)
+            place[beside] = number  # the last of those that are the same point stays
+            waiting = np.concatenate((waiting[~now], beside[place.take(beside) == number]))
 
     def _worthwhile(self, flat: Array, bound: float, low: Array, high: Array) -> Array:
         cells = (np.stack(np.divmod(flat, self._width), axis=1) - 1 + self._first) * self.stride
@@ -94,17 +105,27 @@ def octile(steps: Array) -> Array:
 
 
 def _moves(free: Array, stride: int) -> Array:
-    """(h, w) uint8 of (stride (h - 1) + 1, ...) free cells: the steps from each point, one bit for each of STEPS."""
-    points = free[::stride, ::stride]
-    right, down = points[:, :-1].copy(), points[:-1].copy()
-    falling, rising = points[:-1, :-1].copy(), points[:-1, 1:].copy()
+    """(h, w) uint8 of (stride h, stride w) free cells: the steps from each point, one bit for each of STEPS.
+
+    Points are the first cells of squares. None of the last row and column leads on down or right.
+    """
+    phases = [[free[row::stride, column::stride].copy() for column in range(stride)] for row in range(stride)]
+    high, wide = phases[0][0].shape
+
+    def beyond(row: int, column: int, down: int, right: int) -> Array:
+        """The cell so far from each point, of those that have another `down` rows and `right` columns after them."""
+        i, j = row // stride, column // stride
+        return phases[row % stride][column % stride][i : high - down + i, j : wide - right + j]
+
+    right, down = beyond(0, 0, 0, 1).copy(), beyond(0, 0, 1, 0).copy()
+    falling, rising = beyond(0, 0, 1, 1).copy(), beyond(0, stride, 1, 1).copy()
     for k in range(1, stride + 1):
-        right &= free[::stride, k : free.shape[1] - stride + k : stride]
-        down &= free[k : free.shape[0] - stride + k : stride, ::stride]
+        right &= beyond(0, k, 0, 1)
+        down &= beyond(k, 0, 1, 0)
         for row, column in ((k, k - 1), (k - 1, k), (k, k)):  # a diagonal step needs both cells beside it
-            falling &= _from(free, row, column, stride)
-            rising &= _from(free, row, stride - column, stride)
-    moves = np.zeros(points.shape, np.uint8)
+            falling &= beyond(row, column, 1, 1)
+            rising &= beyond(row, stride - column, 1, 1)
+    moves = np.zeros((high, wide), np.uint8)
     for bit, (rows, columns, leads) in enumerate(
         (
             (ALL, BUT_LAST, right),
@@ -117,10 +138,5 @@ def _moves(free: Array, stride: int) -> Array:
             (BUT_FIRST, BUT_LAST, rising),
         )
     ):
-        moves[rows, columns] |= leads.astype(np.uint8) << bit
+        moves[rows, columns] |= leads.view(np.uint8) << bit
     return moves
-
-
-def _from(free: Array, row: int, column: int, stride: int) -> Array:
-    """Every `stride`-th cell from (row, column) in 0..stride, as many as there are squares between points."""
-    return free[row : free.shape[0] - stride + row : stride, column : free.shape[1] - stride + column : stride]

@@ -77,11 +77,11 @@ class _Search:
         first.start(self._start[None], np.zeros(1))
         first.walk()
         wide = self._lattice(bound, stride)
-        wide.start(*first.points())
+        wide.start_from(first)
         wide.walk(bound, self._low, self._high)
         last = Lattice(self._walkable, self._low - AROUND, self._high + AROUND, 1)
         for lattice in (first, wide):
-            last.start(*lattice.points())
+            last.start_from(lattice)
         last.walk()
         return last.at(self._targets)
 

@@ -154,3 +154,13 @@ def test_the_same_question_has_the_same_answer() -> None:
 def test_bad_points_are_refused() -> None:
     with pytest.raises(ValueError, match="points"):
         search(np.full((3, 3), np.nan), room())
+
+
+def test_fewer_poses_asked_for_are_the_first_of_more_and_no_more_views_are_judged_than_that_takes(monkeypatch) -> None:
+    points, judged = box((4.0, 4.3), (4.0, 4.3), (0.0, 0.4)), []
+    judge = goal_pose.expected_visibility
+    monkeypatch.setattr(goal_pose, "expected_visibility", lambda *a: judged.append(a) or judge(*a))
+    many, all_judged = search(points, room(), limit=50).poses, len(judged)
+    judged.clear()
+    assert search(points, room(), limit=2).poses == many[:2] and len(many) > 4
+    assert len(judged) < all_judged / 2
