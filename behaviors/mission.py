@@ -54,7 +54,7 @@ from behaviors.to_records import (
     no_goal_record,
     ranking_record,
 )
-from drivers.ports import PortError, Ports
+from drivers.ports import Interrupted, PortError, Ports
 from logs.trial import records
 from logs.trial.journal import Journal
 from logs.trial.recording_ports import recorded
@@ -222,6 +222,8 @@ class Mission:
                 raise
             query.current.unlooked += 1
             return Step(Event.UNLOOKED, str(unseen), stood_ns=frame.stamp_ns + 1)
+        except Interrupted as interrupted:  # the STOP itself is asked for after every state
+            return Step(Event.UNLOOKED, str(interrupted), stood_ns=frame.stamp_ns + 1)
         node = query.current.node
         checks, relative = checks_of(
             frame,

@@ -34,6 +34,10 @@ class LinkLost(PortError):
     """The other end went away (bridge, robot, sensor)."""
 
 
+class Interrupted(PortError):
+    """The operator's STOP came before the answer, which is not waited for."""
+
+
 @dataclass(frozen=True)
 class CameraFrame:
     """One RGB-D image without a pose. color: (h, w, 3) uint8 RGB. depth_m: (h, w) float32, 0 = no measurement."""

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from drivers.ports import LinkLost, PortError, PoseUnavailable, StaleData
+from drivers.ports import Interrupted, LinkLost, PortError, PoseUnavailable, StaleData
 from openbelief.perception.ports import FrameUnseen, PerceptionFailed
 
-KINDS: dict[str, type[Exception]] = {
-    kind.__name__: kind for kind in (PortError, StaleData, PoseUnavailable, LinkLost, PerceptionFailed, FrameUnseen)
-}
+PORT_ERRORS = (PortError, StaleData, PoseUnavailable, LinkLost, Interrupted, PerceptionFailed, FrameUnseen)
+KINDS: dict[str, type[Exception]] = {kind.__name__: kind for kind in PORT_ERRORS}
 
 
 def kind_of(error: Exception) -> str:

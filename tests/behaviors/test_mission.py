@@ -10,7 +10,7 @@ import pytest
 
 from behaviors.events import End
 from behaviors.mission import Mission
-from drivers.ports import Approval, NavigationResult, NavigationStatus, PoseUnavailable, Reply
+from drivers.ports import Approval, Interrupted, NavigationResult, NavigationStatus, PoseUnavailable, Reply
 from logs.trial import records
 from openbelief.perception.ports import FrameUnseen, PerceptionFailed
 from openbelief.perception.sentence import SentenceEncoder
@@ -244,6 +244,21 @@ def test_a_perception_that_cannot_go_on_is_a_fault_in_its_own_words(stage, extin
     s.on_perceive = failing(1, ServerGone("The model server does not answer: start it."))
     outcome = s.run()
     assert (outcome.end, outcome.reason) == (End.FAULT, "The model server does not answer: start it.")
+
+
+def test_a_stop_that_perception_did_not_wait_for_cancels_and_replays(stage, extinguisher):
+    s = stage([extinguisher])
+    heard = []
+
+    def perceive() -> None:
+        heard.append(True)
+        raise Interrupted("STOP came while perception looked at the frame.")
+
+    s.on_perceive, s.stop_when = perceive, lambda: bool(heard)
+    outcome = s.run()
+    assert (outcome.end, outcome.reason) == (End.CANCELLED, "STOP pressed")
+    assert s.of(records.Transition)[-1].source == "verify"
+    assert s.cancelled
 
 
 def test_a_trial_of_before_ends_at_a_frame_that_was_not_seen(stage, extinguisher):
