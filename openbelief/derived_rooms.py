@@ -6,13 +6,15 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import count
 
+import numpy as np
+
 from openbelief.arrays import Array
 from openbelief.floors import Floor, floors_of
 from openbelief.memory import ObjectMemory
 from openbelief.phrase import printable
 from openbelief.room_names import decided, name_scores, unique_names
 from openbelief.room_regions import room_regions
-from openbelief.rooms import Room
+from openbelief.rooms import Room, room_numbers
 
 LOW_M, HIGH_M = 0.05, 1.6  # above the floor: what a navigation map shows as occupied
 COVERED_SHARE = 0.5  # of a derived room: from there on the given ones are it
@@ -69,24 +71,17 @@ def given_win(given: Sequence[Room], derived: Sequence[Room]) -> tuple[Room, ...
 def _outlines(floor: Floor, memory: ObjectMemory) -> Iterable[Array]:
     if floor.grid is None:
         return []
-    clouds = []
-    for node in memory.objects:
-        if not node.background and floor.holds(float(node.centroid[2])):
-            height = node.points[:, 2] - floor.height_m
-            clouds.append(node.points[(height > LOW_M) & (height < HIGH_M)])
-    regions = room_regions(floor.grid, clouds)
+    nodes = [node for node in memory.objects if not node.background and floor.holds(float(node.centroid[2]))]
+    points = np.concatenate([np.empty((0, 3), np.float32), *(node.points for node in nodes)])
+    height = points[:, 2] - floor.height_m
+    regions = room_regions(floor.grid, [points[(height > LOW_M) & (height < HIGH_M)]])
     return [regions.polygon(label, floor.grid) for label in range(1, regions.count + 1)]
 
 
 def _inside(rooms: Sequence[Room], memory: ObjectMemory, given: Sequence[Room]) -> list[list[int]]:
     """The ids of the objects in each room; a given room has its own first."""
-    inside: list[list[int]] = [[] for _ in rooms]
-    for node in memory.objects:
-        if not any(room.contains(node.centroid) for room in given):
-            first = next((i for i, room in enumerate(rooms) if room.contains(node.centroid)), None)
-            if first is not None:
-                inside[first].append(node.id)
-    return inside
+    at = room_numbers(np.array([node.centroid for node in memory.objects]).reshape(-1, 3), [*given, *rooms])
+    return [[memory.objects[i].id for i in np.flatnonzero(at == len(given) + k)] for k in range(len(rooms))]
 
 
 def _covered(room: Room, given: Sequence[Room]) -> bool:

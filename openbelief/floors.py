@@ -26,7 +26,8 @@ UNDER_FLOOR_M = 0.3  # what stands on a floor may seem so much below it
 HEADROOM_M = 2.0
 SAME_HEIGHT_M = 1.0  # a map drawn at this distance from a floor is that floor's
 AGREES_FREE, AGREES_WALLS, WALL_SLACK_M = 0.9, 0.7, 0.15
-MAX_POINTS = 4_000_000  # of a long walk, fewer pixels of each view are taken
+PLACE_M = 0.5  # views from so near each other show the same floor
+HEIGHTS, MAX_POINTS = 500_000, 4_000_000  # for the histogram and for a grid: of a long walk, fewer pixels of each view
 DEPTH_MAX_M = 6.0  # stereo depth is no more than a guess beyond
 
 
@@ -45,26 +46,38 @@ class Floor:
 
 
 class _Seen:
-    """What cameras measured. z: (n,) heights of all points, map frame; camera_z: (n,) of the camera that saw each;
-    cameras: (m,) of all cameras."""
+    """What cameras measured. z: (n,) heights of points, map frame; camera_z: (n,) of the camera that saw each; both of
+    the views that look down most from where they are. cameras: (m,) heights of all cameras."""
 
     def __init__(self, surroundings: Surroundings) -> None:
         self._surroundings = surroundings
         self.cameras = np.array([view.T_map_camera[2, 3] for view in surroundings.views])
-        seen = [self._of(view) @ view.T_map_camera[2, :3] + view.T_map_camera[2, 3] for view in surroundings.views]
+        views = _looking_down(surroundings.views)
+        seen = [
+            self._of(view, HEIGHTS / len(views)) @ view.T_map_camera[2, :3] + view.T_map_camera[2, 3] for view in views
+        ]
         self.z = np.concatenate([np.empty(0), *seen])
-        self.camera_z = np.repeat(self.cameras, [len(z) for z in seen])
+        self.camera_z = np.repeat([view.T_map_camera[2, 3] for view in views], [len(z) for z in seen])
 
     def points(self, low_z: float, high_z: float) -> Array:
         """(n, 3) map frame: of the cameras between two heights."""
         views = [view for view in self._surroundings.views if low_z <= view.T_map_camera[2, 3] < high_z]
-        return np.concatenate([np.empty((0, 3)), *(apply(view.T_map_camera, self._of(view)) for view in views)])
+        seen = (apply(view.T_map_camera, self._of(view, MAX_POINTS / len(self.cameras))) for view in views)
+        return np.concatenate([np.empty((0, 3)), *seen])
 
-    def _of(self, view: CameraView) -> Array:
-        """(n, 3) of one view, optical frame."""
+    def _of(self, view: CameraView, most: float) -> Array:
+        """(n, 3) of one view, optical frame; of a large one, fewer pixels are taken."""
         depth_m, camera = self._surroundings.depth_m(view)
-        stride = max(1, int(np.ceil(np.sqrt(depth_m.size * len(self.cameras) / MAX_POINTS))))
+        stride = max(1, int(np.ceil(np.sqrt(depth_m.size / most))))
         return depth_points(depth_m, camera, stride, DEPTH_MAX_M)
+
+
+def _looking_down(views: Sequence[CameraView]) -> list[CameraView]:
+    """Of the views from one place the one whose optical axis points down most: it shows the floor, if any does."""
+    chosen: dict[tuple[int, ...], CameraView] = {}
+    for view in sorted(views, key=lambda view: float(view.T_map_camera[2, 2])):
+        chosen.setdefault(tuple(np.floor(view.T_map_camera[:3, 3] / PLACE_M).astype(int).tolist()), view)
+    return list(chosen.values())
 
 
 def floors_of(surroundings: Surroundings, clouds: Sequence[Array]) -> tuple[Floor, ...]:

@@ -67,11 +67,16 @@ def room_at(point: Array, rooms: Iterable[Room]) -> str | None:
 
 def rooms_at(points: Array, rooms: Sequence[Room]) -> tuple[str | None, ...]:
     """`room_at` of (n, 3) points at once."""
+    return tuple(None if number < 0 else rooms[number].name for number in room_numbers(points, rooms).tolist())
+
+
+def room_numbers(points: Array, rooms: Sequence[Room]) -> Array:
+    """(n,) int: the place in `rooms` of the first that holds each of (n, 3) points, -1 where none does."""
     at = np.full(len(points), -1)
     for number, room in reversed(list(enumerate(rooms))):
         low, high = room.heights_m or (-np.inf, np.inf)
         at[(low <= points[:, 2]) & (points[:, 2] < high) & inside(points[:, :2], room.polygon_xy)] = number
-    return tuple(None if number < 0 else rooms[number].name for number in at.tolist())
+    return at
 
 
 def rooms_of(entries: Any) -> tuple[Room, ...]:
