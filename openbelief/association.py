@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from openbelief.arrays import Array, bounds, points_array
-from openbelief.evidence import digest
 from openbelief.observation import Observation
 from openbelief.parameters import Parameters
 from openbelief.touching_boxes import TouchingBoxes
@@ -102,7 +101,7 @@ def _numbered(observations: Sequence[Observation], components: Array) -> Array:
 def _orders(observations: Sequence[Observation]) -> Iterator[tuple[tuple[str, int, int], bytes]]:
     """The canonical order of each observation; what it says is only hashed where its key is repeated."""
     times = Counter(o.key for o in observations)
-    return ((o.key, digest(o) if times[o.key] > 1 else b"") for o in observations)
+    return ((o.key, o.digest if times[o.key] > 1 else b"") for o in observations)
 
 
 class _Components:

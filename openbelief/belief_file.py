@@ -23,7 +23,7 @@ from openbelief.arrays import Array, read_only
 from openbelief.columns import Column, SealedColumns, read_data, read_manifest
 from openbelief.documents import from_json
 from openbelief.embedding import PhraseEmbeddings
-from openbelief.evidence import Evidence, FrameRecord, canonical_order, digest
+from openbelief.evidence import Evidence, FrameRecord, canonical_order
 from openbelief.file_checks import (
     BeliefFileError,
     damaged,
@@ -188,7 +188,7 @@ class BeliefFile:
             if row is None or row_digest(row) != columns["row_sha256"][i].tobytes():
                 raise ValueError(f"mask {keys[i][2]} of frame {keys[i][1]} of {keys[i][0]!r} is not what was written")
             observation = from_row(row)
-            if observation.key != keys[i] or digest(observation) != columns["digest"][i].tobytes():
+            if observation.key != keys[i] or observation.digest != columns["digest"][i].tobytes():
                 raise ValueError(f"mask {keys[i][2]} of frame {keys[i][1]} of {keys[i][0]!r} is another than its hash")
             return observation
 

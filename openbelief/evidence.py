@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from openbelief.arrays import Array, read_only
+from openbelief.digest import digest
 from openbelief.embedding import PhraseEmbeddings
 from openbelief.observation import Observation
 from openbelief.parameters import Parameters
@@ -32,24 +33,9 @@ class FrameRecord:
     skipped: str | None = None
 
 
-def digest(observation: Observation) -> bytes:
-    """32 bytes over everything the observation says. The JPEG crop is an illustration and stays outside."""
-    source, recording = observation.provenance, observation.recording
-    frame, mask, confidence = int(observation.frame), int(observation.mask), float(observation.confidence)
-    said: list[Any] = [recording, frame, mask, observation.phrase, confidence.hex(), observation.n]
-    if source:
-        said += [int(source.stamp_ns), *(int(n) for n in (*source.bbox, *source.rle["size"]))]
-    sha = hashlib.sha256(json.dumps(said).encode())
-    if source:
-        sha.update(np.asarray(source.rle["counts"], dtype="<u4").tobytes())
-    sha.update(np.asarray(observation.points, dtype="<f4").tobytes())
-    sha.update(np.asarray(observation.feature, dtype="<f4").tobytes())
-    return sha.digest()
-
-
 def canonical_order(observations: Sequence[Observation]) -> tuple[list[int], Array]:
     """Indices by (recording, frame, mask), repeats by their digest; and the (n, 32) uint8 digests in that order."""
-    return in_order([o.key for o in observations], [digest(o) for o in observations])
+    return in_order([o.key for o in observations], [o.digest for o in observations])
 
 
 def in_order(keys: Sequence[Key], digests: Sequence[bytes]) -> tuple[list[int], Array]:

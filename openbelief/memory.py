@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from openbelief import store
+from openbelief import saved_file
 from openbelief.arrays import Array
 from openbelief.association import ExtentAlarm, associate, extent_alarms
 from openbelief.belief import Concept
@@ -220,7 +220,7 @@ class ObjectMemory:
 
         Raises BeliefFileError where it cannot be written.
         """
-        store.write(path, self.evidence, self.table.columns)
+        saved_file.write(path, self.evidence, self.table.columns)
 
     def rank(
         self,

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from openbelief.arrays import Array, bounds, read_only
-from openbelief.backprojection import distinct_points, occupied_voxels
+from openbelief.backprojection import occupied_voxels
 from openbelief.belief import (
     Concept,
     concepts,
@@ -48,7 +48,7 @@ class _Columns:
         """B_i of its observations, in canonical order."""
         support = phrase_support(members, self._parameters)
         hypotheses = concepts(members, self._embeddings, self._threshold, self._parameters)
-        points = distinct_points(np.concatenate([o.points for o in members]), self._parameters.voxel_m)
+        points = np.concatenate([o.points for o in members])
         heaviest = max(support, key=support.__getitem__, default=None)
         self._dims["D"] = len(members[0].feature)
         row = {

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numbers
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, TypedDict
 
 import cv2
 import numpy as np
 
 from openbelief.arrays import Array, points_array, read_only, unit_vector
+from openbelief.digest import digest
 
 
 class Rle(TypedDict):
@@ -155,6 +157,11 @@ class Observation:
     def key(self) -> tuple[str, int, int]:
         """(recording, frame, mask): the canonical order of evidence."""
         return (self.recording, self.frame, self.mask)
+
+    @cached_property
+    def digest(self) -> bytes:
+        """32 bytes over everything it says: of what cannot change, taken once."""
+        return digest(self)
 
 
 def _index(value: Any, what: str) -> int:

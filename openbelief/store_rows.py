@@ -30,15 +30,15 @@ FRAMES = "SELECT recording, stamp_ns, skipped FROM frames NOT INDEXED ORDER BY r
 
 
 def to_row(o: Observation) -> tuple[Any, ...]:
-    """The values of COLUMNS."""
-    source = o.provenance
-    numbers = (int(o.frame), int(o.mask), o.phrase, float(o.confidence))  # numpy's own would be stored as blobs
-    said = (o.recording, *numbers, blob(o.points), blob(o.feature))
+    """The values of COLUMNS, as SQLite gives them back: what is nearly a number, a text or bytes is made one."""
+    source, phrase = o.provenance, None if o.phrase is None else str(o.phrase)
+    said = (str(o.recording), int(o.frame), int(o.mask), phrase, float(o.confidence), blob(o.points), blob(o.feature))
     if source is None:
         return (*said, None, None, None, None, None)
     counts = np.asarray(source.rle["counts"], dtype="<u4").tobytes()
     boxes = (json.dumps([int(n) for n in source.bbox]), json.dumps([int(n) for n in source.rle["size"]]))
-    return (*said, int(source.stamp_ns), *boxes, counts, source.crop_jpeg)
+    crop = None if source.crop_jpeg is None else bytes(source.crop_jpeg)
+    return (*said, int(source.stamp_ns), *boxes, counts, crop)
 
 
 def from_row(row: tuple[Any, ...]) -> Observation:

@@ -34,13 +34,13 @@ def run(options: argparse.Namespace) -> None:
 
 
 def _measured(objects: int, views: int, points: int) -> dict[str, Any]:
-    from openbelief import store
+    from openbelief import saved_file
     from openbelief.node_columns import believe
     from robot_app.benches.synthetic_memory import evidence
 
     with tempfile.TemporaryDirectory() as folder:
         path, made = Path(folder) / "site.belief", evidence(objects, views, points)
-        store.write(path, made, believe(made))
+        saved_file.write(path, made, believe(made))
         command = [sys.executable, "-m", "robot_app.benches.opened", str(path)]
         child = subprocess.run(command, capture_output=True, text=True, check=False)
         if child.returncode:

@@ -8,7 +8,7 @@ import numpy as np
 
 from openbelief.arrays import Array, read_only
 from openbelief.embedding import PhraseEmbeddings
-from openbelief.evidence import Evidence, digest
+from openbelief.evidence import Evidence
 from openbelief.node_table import NodeTable
 from openbelief.observation import Observation, Provenance
 from openbelief.parameters import Parameters
@@ -35,7 +35,7 @@ def evidence(objects: int, views: int = 4, points: int = 150, seed: int = 0) -> 
     rows = read_only(_unit(rng.normal(size=(len(words), DIM))).astype(np.float32))
     return Evidence(
         observations=seen,
-        digests=np.frombuffer(b"".join(digest(o) for o in seen), np.uint8).reshape(-1, 32),
+        digests=np.frombuffer(b"".join(o.digest for o in seen), np.uint8).reshape(-1, 32),
         partition=np.array(partition, np.int64),
         embeddings=PhraseEmbeddings(words, rows),
         frames=(),

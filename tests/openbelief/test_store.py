@@ -246,6 +246,68 @@ def test_a_memory_of_other_evidence_is_not_written(create, flat, memory):
             store.finish(memory.evidence, memory.table.columns)
 
 
+def test_after_an_interruption_too_a_memory_of_other_evidence_is_not_written(create, flat, tiny_encoder):
+    with create() as store:
+        store.add_frame("walk", 1000, flat[:4])
+    with BeliefStore.resume(store.path) as store:
+        store.add_frame("walk", 1001, flat[4:8])
+        for other in (flat[:4], flat[4:8], flat[:7], flat):
+            built = ObjectMemory.build(other, tiny_encoder)
+            with pytest.raises(ValueError, match="not built from the evidence"):
+                finish(store, built)
+        finish(store, ObjectMemory.build(flat[:8], tiny_encoder))
+    assert ObjectMemory.open(store.path).content_hash == ObjectMemory.build(flat[:8], tiny_encoder).content_hash
+
+
+def test_a_memory_with_one_coordinate_changed_is_other_evidence(create, flat, tiny_encoder):
+    moved = dataclasses.replace(flat[3], points=np.nextafter(flat[3].points, np.float32(9)))
+    with create() as store:
+        store.add_frame("walk", 1000, flat[:4])
+        with pytest.raises(ValueError, match="not built from the evidence"):
+            finish(store, ObjectMemory.build([*flat[:3], moved], tiny_encoder))
+
+
+def test_a_mapping_in_two_runs_leaves_the_same_columns_as_in_one(create, flat, tiny_encoder):
+    def columns(path):
+        db = sqlite3.connect(path)
+        return db.execute("SELECT name, shape, sha256 FROM columns ORDER BY name, part").fetchall()
+
+    with create("once.belief") as once:
+        add_all(once, flat)
+        finish(once, ObjectMemory.build(once.observations(), tiny_encoder))
+    with create("twice.belief") as first:
+        first.add_frame("walk", 1000, [o for o in flat if o.frame == 0])
+        assert len(first.observations()) == 4
+    with BeliefStore.resume(first.path) as second:
+        for frame in range(1, 4):
+            second.add_frame("walk", 1000 + frame, [o for o in flat if o.frame == frame])
+        finish(second, ObjectMemory.build(second.observations(), tiny_encoder))
+    assert columns(once.path) == columns(second.path)
+
+
+def test_words_and_pictures_of_other_types_are_kept_as_what_they_say(create, flat, tiny_encoder):
+    source = dataclasses.replace(flat[0].provenance, crop_jpeg=bytearray(b"picture"), stamp_ns=np.int64(1000))
+    odd = dataclasses.replace(flat[0], phrase=np.str_("lamp"), provenance=source)
+    with create() as store:
+        store.add_frame("walk", 1000, [odd])
+        finish(store, ObjectMemory.build(store.observations(), tiny_encoder))
+    (kept,) = ObjectMemory.open(store.path).observations
+    assert (kept.phrase, kept.provenance.crop_jpeg) == ("lamp", b"picture")
+
+
+def test_a_frame_that_the_disk_refused_can_be_given_again(create, flat, tiny_encoder):
+    with create() as store:
+        store.add_frame("walk", 1000, flat[:4])
+        pages = store._db.execute("PRAGMA page_count").fetchone()[0]
+        store._db.execute(f"PRAGMA max_page_count={pages}")
+        with pytest.raises(BeliefFileError, match="full"):
+            store.add_frame("walk", 1001, flat[4:8])
+        store._db.execute("PRAGMA max_page_count=1000000")
+        store.add_frame("walk", 1001, flat[4:8])
+        finish(store, ObjectMemory.build(store.observations(), tiny_encoder))
+    assert [o.key for o in ObjectMemory.open(store.path).observations] == sorted(o.key for o in flat[:8])
+
+
 def test_two_mappers_do_not_write_one_file(create, flat):
     with create() as store:
         store.add_frame("walk", 1000, flat[:4])
