@@ -136,6 +136,7 @@ def question_json(operator: SharedOperator) -> dict[str, Any] | None:
         "id": asked.id,
         "sentence": question.sentence,
         "because": question.because,
+        "doubt": question.doubt,
         "object_id": question.object_id,
         "memory_hash": question.memory_hash,
         "goal": None if goal is None else {"x": goal.x, "y": goal.y, "yaw": goal.yaw},

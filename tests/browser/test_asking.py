@@ -45,6 +45,25 @@ def test_the_first_candidate_is_rejected_and_the_second_confirmed(open_tab, name
     assert {reply["who"] for reply in mission["replies"]} == {"operator"} and mission["how"] == "console"
 
 
+PAINTED = """(doubt) => {
+  const {question, state} = window.openbelief, asked = state.operator.question;
+  question.open({...asked, doubt, sentence: (doubt ? `I am not sure: ${doubt}. ` : "") + asked.sentence}, []);
+  return ["question-doubt", "question-words"].map((id) => document.getElementById(id).innerText);
+}"""
+
+
+def test_a_doubt_stands_before_the_question_and_not_twice(tab):
+    tab.ask(ASK)
+    tab.until_asked()
+    sentence = asked(tab)["sentence"]
+    assert asked(tab)["doubt"] == "" and tab.page.locator("#question-doubt").is_hidden()
+    doubt = "what fits best was called <b>gray</b>, never red"
+    assert tab.page.evaluate(PAINTED, doubt) == [f"I am not sure: {doubt}. ", sentence]
+    assert tab.page.evaluate(PAINTED, "") == ["", sentence]
+    tab.page.locator("#answer-no").click()
+    until_idle(tab)
+
+
 def test_why_not_this_one_another_one_and_leaving_one_out_are_clicks(tab):
     tab.ask(ASK)
     tab.until_asked()

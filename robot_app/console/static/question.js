@@ -34,7 +34,10 @@ export class Question {
     const label = candidates?.find((each) => each.object_id === asked.object_id)?.label;
     const way = asked.path_length_m === null ? "" : `, ${asked.path_length_m.toFixed(1)} m`;
     text($("answer-yes"), number ? `Go to #${number}${way}` : "Go on");
-    text($("question-words"), asked.sentence);
+    const doubt = asked.doubt ? `I am not sure: ${asked.doubt}. ` : ""; // as the sentence begins, for who only hears it
+    text($("question-doubt"), doubt);
+    shown($("question-doubt"), Boolean(doubt));
+    text($("question-words"), asked.sentence.startsWith(doubt) ? asked.sentence.slice(doubt.length) : asked.sentence);
     text($("question-why"), "");
     attribute($("answer-why"), "aria-expanded", "false");
     shown($("answer-why"), Boolean(asked.because));

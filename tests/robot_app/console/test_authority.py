@@ -6,6 +6,7 @@ import gc
 import json
 import threading
 import time
+from dataclasses import replace
 
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
@@ -173,6 +174,20 @@ def asking(console, timeout_s: float = 5.0) -> tuple[threading.Thread, list]:
     while console.operator.question is None:
         time.sleep(0.001)
     return thread, replies
+
+
+@pytest.mark.parametrize("doubt", ["", "what fits best was called gray, never red"])
+def test_a_question_says_what_is_in_doubt(console, page, doubt):
+    question = replace(QUESTION, doubt=doubt)
+    thread = threading.Thread(target=console.operator.confirm, args=(question, 60.0))
+    thread.start()
+    while (asked := page.next_state()["operator"]["question"]) is None:
+        pass
+    page.command(type="take")
+    answer = {"type": "answer", "epoch": page.next_state()["you"]["epoch"], "question": asked["id"]}
+    assert asked["doubt"] == doubt
+    assert page.command(**answer, memory_hash="abc", word="no")["ok"]
+    thread.join(20)
 
 
 STALE = {
