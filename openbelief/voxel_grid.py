@@ -20,7 +20,7 @@ class Grid:
 
     def __init__(self, cells: Array, steps: Array) -> None:
         self._margin = int(np.abs(steps).max())
-        sides = [int(axis.max()) + 1 + 2 * self._margin for axis in cells]
+        sides = [int(most) + 1 + 2 * self._margin for most in cells.max(axis=1)]
         self.length = sides[0] * sides[1] * sides[2]
         if self.length >= 1 << 63:
             raise ValueError("voxel_m is too small for things of its size")
@@ -53,9 +53,10 @@ class Table:
         places = self._places[chosen]
         at_once = max(1, LOOKS // max(len(places), 1))
         for first in range(0, len(steps), at_once):
-            yield self._at(steps[first : first + at_once, None] + places)
+            yield self.at(steps[first : first + at_once, None] + places)
 
-    def _at(self, places: Array) -> Array:
+    def at(self, places: Array) -> Array:
+        """int32, of the shape of `places`: what lies there, 0 where nothing does."""
         return self._row.take(places)
 
 
@@ -68,7 +69,7 @@ class _Sparse(Table):
     def fill(self, numbers: Array) -> None:
         self._row[:] = numbers
 
-    def _at(self, places: Array) -> Array:
+    def at(self, places: Array) -> Array:
         nearest = np.minimum(np.searchsorted(self._places, places), len(self._places) - 1)
         return np.where(self._places[nearest] == places, self._row[nearest], 0)
 

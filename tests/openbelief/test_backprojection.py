@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from openbelief.backprojection import backproject, distinct_points, snap
+from openbelief.backprojection import backproject, distinct_points, occupied_voxels, snap
 from openbelief.observation import Intrinsics, RgbdFrame
 from openbelief.parameters import Parameters
 from openbelief.pose import transform
@@ -69,3 +69,20 @@ def test_distinct_points_are_the_distinct_rows_of_snapped_and_of_raw_clouds(
     for cloud in (raw, snap(raw, voxel), np.concatenate((snap(raw, voxel), raw[:1]))):
         repeated = cloud[rng.integers(0, len(cloud), 2 * len(cloud))]
         np.testing.assert_array_equal(distinct_points(repeated, voxel), np.unique(repeated, axis=0))
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 300), st.sampled_from([0.02, 0.05, 1e-5]), st.floats(-1e3, 1e3))
+@settings(max_examples=60, deadline=None)
+def test_voxels_and_their_points_are_those_of_every_point_however_it_lies_in_memory(
+    seed: int, n: int, voxel: float, away: float
+) -> None:
+    points = (np.random.default_rng(seed).uniform(-0.2, 0.2, (n, 3)) + away).astype(np.float32)
+    whole, counts = np.unique(np.floor(points.astype(np.float64) / voxel).astype(np.int64), axis=0, return_counts=True)
+    centres = ((whole + 0.5) * voxel).astype(np.float32)
+    chosen = np.arange(len(whole)) % 3 > 0
+    for laid in (points, np.asfortranarray(points), points[::-1]):
+        voxels = occupied_voxels(laid, voxel)
+        np.testing.assert_array_equal(voxels.steps.T + voxels.low, whole)
+        np.testing.assert_array_equal(voxels.counts, counts)
+        np.testing.assert_array_equal(voxels.centres(), centres)
+        np.testing.assert_array_equal(voxels.centres(chosen), centres[chosen])

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial.distance import cdist
 
 from openbelief import clustering, voxel_grid
@@ -82,6 +84,45 @@ def test_where_the_origin_of_the_map_lies_decides_nothing(seed, moved):
     found = [largest_cluster(points.astype(np.float32), PARAMETERS) for points in (here, there)]
     kept = [np.rint(cluster / PARAMETERS.voxel_m - 0.5).astype(int) for cluster in found]
     np.testing.assert_array_equal(kept[0], kept[1] - np.array(moved))
+
+
+def voxel_points(steps: list[tuple[int, int, int]], each: int) -> np.ndarray:
+    return np.repeat((np.array(steps) + 0.5) * PARAMETERS.voxel_m, each, axis=0).astype(np.float32)
+
+
+@pytest.mark.parametrize(("stray", "mirrored", "tens"), [(0, 1, False), (1, 1, False), (2, 1, True), (1, -1, True)])
+def test_a_border_may_decide_and_of_equals_the_cluster_of_the_first_core_voxel_is_taken(stray, mirrored, tens):
+    """11 core points against 10, 3 more within eps of both, and some within eps of the ten only."""
+    held = {(-4, 0, 0): 8, (0, 0, 0): 3, (4, 0, 0): 3, (8, 0, 0): 3, (12, 0, 0): 7, (8, 4, 0): stray}
+    points = np.concatenate([voxel_points([(mirrored * x, y, z)], n) for (x, y, z), n in held.items()])
+    found = largest_cluster(points, PARAMETERS)
+    np.testing.assert_array_equal(found, dbscan(points, PARAMETERS))
+    assert (np.abs(found[:, 0]) > 0.2).any() == tens
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(2, 12), st.sampled_from([3, 4, 5, 8]))
+@settings(max_examples=60, deadline=None)
+def test_of_clusters_alike_the_one_of_the_first_core_voxel_is_taken(seed, sites, pitch):
+    """Lattices at eps and past it: many clusters of the same points, and strays whose points count for several."""
+    rng = np.random.default_rng(seed)
+    steps = rng.integers(0, 4, (sites, 3)) * pitch
+    points = np.concatenate((voxel_points(steps, 10), voxel_points(rng.integers(0, 4 * pitch, (sites, 3)), 2)))
+    np.testing.assert_array_equal(largest_cluster(points, PARAMETERS), dbscan(points, PARAMETERS))
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 60), st.floats(0, 2))
+@settings(max_examples=100, deadline=None)
+def test_components_are_those_of_the_graph(seed, count, degree):
+    """Also paths and stars whose nodes are numbered at random: what a label would have to wander through."""
+    rng = np.random.default_rng(seed)
+    name = rng.permutation(count)
+    path = name[np.stack((np.arange(count - 1), np.arange(1, count)))]
+    star = name[np.stack((np.zeros(count - 1, int), np.arange(1, count)))]
+    for one, other in (path, star, rng.integers(0, count, (2, int(count * degree)))):
+        graph = coo_array((np.ones(len(one)), (one, other)), shape=(count, count))
+        labels = connected_components(graph, directed=False)[1]
+        least = [np.flatnonzero(labels == label)[0] for label in labels]
+        np.testing.assert_array_equal(clustering._components(count, one, other), least)
 
 
 def test_voxels_exactly_eps_apart_are_neighbours():
