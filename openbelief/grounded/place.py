@@ -16,6 +16,7 @@ from openbelief.grounded.table import MapTable
 from openbelief.grounded.thing import standardised
 from openbelief.polygon import inside
 from openbelief.request.encoded import EncodedRequest
+from openbelief.request.other_languages import kind_abroad
 from openbelief.request.places import kind_of_place
 from openbelief.rooms import Room
 
@@ -111,11 +112,12 @@ def _in_given(table: MapTable, rooms: Sequence[Room], place: str, options: Groun
 
 
 def _means(room: str, place: str) -> bool:
-    """ "bedroom 2" is a bedroom, "the corridor" a hallway."""
+    """ "bedroom 2" is a bedroom, "the corridor" a hallway, "Küche" a kitchen."""
     name, asked = room.lower(), place.lower()
     kind = kind_of_place(asked)
     shorter = name.rstrip(" 0123456789.-#")
-    return name == asked or shorter == asked or (kind is not None and kind_of_place(shorter) == kind)
+    kinds = (kind_of_place(shorter), kind_abroad(shorter))
+    return name == asked or shorter == asked or (kind is not None and kind in kinds)
 
 
 def _contained(points: Array, rooms: Sequence[Room], slack_m: float) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+from openbelief.request.other_languages import in_english
 from openbelief.request.words import COLOURS
 
 _COLOUR = "|".join(sorted(COLOURS))
@@ -57,7 +58,7 @@ STOPS = re.compile(r"\s*[;:!?\u2026]+\s*|\.\s+|\s[-\u2013\u2014]+\s")
 
 def rephrased(words: str) -> str:
     """The same sentence with stops as commas, and in the parser's order."""
-    words = " ".join(_TYPED.get(word, word) for word in words.split())
+    words = in_english(" ".join(_TYPED.get(word, word) for word in words.split()))
     for pattern, instead in ((STOPS, " , "), *_TURNS):
         words = pattern.sub(instead, words)
     return " ".join(words.split())

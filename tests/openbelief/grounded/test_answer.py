@@ -48,6 +48,14 @@ def test_a_room_that_does_not_exist_is_said_and_makes_it_unsure(memory):
     assert "no room called 'attic'" in answer.because and "kitchen, office" in answer.because
 
 
+def test_a_room_is_the_same_by_its_name_in_another_language(memory):
+    kueche = Room("Küche", KITCHEN.polygon_xy)
+    for rooms in ([KITCHEN, OFFICE], [kueche, OFFICE]):
+        for sentence in ("the toaster in the kitchen", "der Toaster in der Küche", "le toaster dans la cuisine"):
+            answer = memory.with_rooms(rooms).answer(sentence)
+            assert (answer.answer, answer.candidates[0].object_id) == ("found", 0)
+
+
 def test_an_anchor_that_is_not_on_the_map_is_said_and_makes_it_unsure(memory):
     answer = memory.answer("the printer next to the aquarium")
     assert answer.answer == "unsure" and answer.candidates[0].object_id == 2
