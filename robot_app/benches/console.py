@@ -68,7 +68,8 @@ def _said(options: argparse.Namespace, what: str, found: Any) -> Any:
 
 
 PAINTED = "window.openbelief?.link.seen >= 0"  # a command names what was on the screen
-TAKE = "openbelief.link.command({type: 'take', over: true})"
+TAKE = "{type: 'take', over: true}"
+ASK = f"{{type: 'ask', epoch: openbelief.state.you.epoch, text: '{THING}'}}"
 LIST_TRIALS = """(least) => new Promise((done) => {
   const start = performance.now();
   document.getElementById("to-trials").click();
@@ -97,7 +98,7 @@ class ConsoleBench:
             self._page.goto(self._link())
             self._until("painted snapshot", PAINTED)
             self._page.evaluate("(site) => openbelief.plan.setSite(site, null, null)", _site())
-            self._page.evaluate(TAKE)
+            _command(self._page, TAKE)
             self._until("lease", "openbelief.state.you.epoch")
         return self._page
 
@@ -193,7 +194,7 @@ class ConsoleBench:
         """A tab that commands, in a Chromium of its own."""
         tab = PlainChromium(opened).tab(self._link())
         until("painted snapshot", lambda: tab.evaluate(PAINTED))
-        tab.evaluate(TAKE)
+        _command(tab, TAKE)
         until("lease", lambda: tab.evaluate("openbelief.state.you.epoch"))
         return tab
 
@@ -204,7 +205,7 @@ class ConsoleBench:
         self._robot.expect("home_ns")
         page = page or self.page()
         self._robot.forget()
-        page.evaluate(f"openbelief.link.command({{type: 'ask', epoch: openbelief.state.you.epoch, text: '{THING}'}})")
+        _command(page, ASK)
         until("question", lambda: self._operator.question is not None)
         asked = self._operator.question
         shown = f"openbelief.question.asked?.id === {asked.id if asked else 0}"
@@ -288,6 +289,13 @@ def _busy() -> Iterator[None]:
 
 def _changing() -> dict[str, Any]:
     return {"objects": {str(number): round(random.random(), 2) for number in range(OBJECTS)}}
+
+
+def _command(page: Any, message: str) -> None:
+    """Sent by the page, and done. Raises Failure with what the console said."""
+    answer = page.evaluate(f"openbelief.link.command({message})")
+    if not answer["ok"]:
+        raise Failure(f"the console did not do {message}: {answer['text']}")
 
 
 def _many_trials(folder: Path) -> None:
