@@ -26,7 +26,7 @@ ROWS = {"small_room": ("take me to the fire extinguisher", 1)}
 def record(name: str, query: str, seed: int) -> None:
     """Paths stay relative to the repository: a trial keeps its configuration's text."""
     from robot_app.demo.demo import run_demo
-    from robot_app.progress import LineProgress
+    from robot_app.progress_lines import LineProgress
 
     demo = run_demo(WORK, query, SCENE, seed, LineProgress(), print)
     shutil.copyfile(demo.paths["trial"], FOLDER / f"{name}.mcap")

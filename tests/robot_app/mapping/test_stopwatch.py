@@ -6,7 +6,7 @@ import pytest
 
 from robot_app.mapping.stopwatch import Stopwatch
 from robot_app.mapping.watch import Steps
-from robot_app.progress import LineProgress, stage_rates
+from robot_app.progress_lines import LineProgress, stage_rates
 
 
 @pytest.fixture

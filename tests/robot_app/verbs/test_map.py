@@ -31,7 +31,7 @@ from openbelief.store import BeliefStore
 from robot_app.mapping.job import MapJob
 from robot_app.mapping.run import run_map
 from robot_app.perceptions import KINDS, PerceptionKind
-from robot_app.progress import LineProgress
+from robot_app.progress_lines import LineProgress
 
 walks, out, log, where, number = sys.argv[1:]
 walks = [Path(walk) for walk in walks.split(os.pathsep)]

@@ -7,7 +7,7 @@ import io
 import pytest
 from rich.console import Console
 
-from robot_app.progress import BarProgress
+from robot_app.progress_bar import BarProgress
 
 RATES = {"masks": 3.4, "acquire": 6.6, "read": 32.1, "phrases": 2.5}
 
