@@ -8,12 +8,12 @@ import cv2
 import numpy as np
 import pytest
 
-from drivers.ros import transform_tree
+from drivers.ports import PoseUnavailable
+from drivers.ros import transform_edge
 from drivers.ros.convert import header, transforms_message
 from drivers.ros.image_messages import camera_info_message, color_message
 from drivers.ros.messages import make
 from drivers.ros.refusals import ImageReason
-from drivers.ros.transform_edge import TransformDisputed
 from logs.frames.reader import FrameReader, RecordingError
 from logs.frames.reasons import REMEDIES, TRANSFORM_REASONS, FrameReason
 from openbelief.pose import transform
@@ -25,11 +25,8 @@ OPTICAL = "camera_color_optical_frame"
 
 def test_every_reason_has_a_remedy_and_every_refusal_of_a_transform_a_reason():
     assert set(REMEDIES) == {*FrameReason, *ImageReason}
-    kinds = {
-        k for k in vars(transform_tree).values() if isinstance(k, type) and issubclass(k, TransformDisputed.__base__)
-    }
-    named = {transform_tree.TransformMissing, transform_tree.TransformNotYet, transform_tree.TransformTooOld}
-    assert set(TRANSFORM_REASONS) == kinds | named | {transform_tree.TransformStale}
+    refusals = {k for k in vars(transform_edge).values() if isinstance(k, type) and issubclass(k, PoseUnavailable)}
+    assert set(TRANSFORM_REASONS) == refusals - {PoseUnavailable}
 
 
 def renamed_map(walk):
