@@ -39,9 +39,9 @@ def color_image(message: Any) -> Array:
     Raises ImageRefused.
     """
     if message.__msgtype__ == COMPRESSED_IMAGE:
-        pixels = _decompress(message.data, cv2.IMREAD_COLOR, message.format, ImageReason.COLOR_ENCODING)
-        # image_transport says how it ordered the channels before it compressed them; JPEG and PNG decode to RGB
-        return pixels if _order_of(message.format).startswith("rgb") else cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB)
+        # image_transport says in which order it gave the channels to the compressor, which takes them for BGR
+        order = cv2.IMREAD_COLOR_BGR if _order_of(message.format).startswith("rgb") else cv2.IMREAD_COLOR_RGB
+        return _decompress(message.data, order, message.format, ImageReason.COLOR_ENCODING)
     encoding = COLOR_ENCODINGS.get(message.encoding)
     if encoding is None:
         known = ", ".join(COLOR_ENCODINGS)
@@ -59,12 +59,12 @@ def depth_image(message: Any) -> Array:
     Not finite and negative values become 0. Raises ImageRefused.
     """
     if message.__msgtype__ == COMPRESSED_IMAGE:
-        return _measured(_compressed_depth(bytes(message.data), message.format))
+        return _compressed_depth(bytes(message.data), message.format)
     if message.encoding not in DEPTH_TYPES:
         known = ", ".join(DEPTH_TYPES)
         raise ImageRefused(ImageReason.DEPTH_ENCODING, f"Depth is {message.encoding!r}; known are {known}.")
     values = _rows(message, DEPTH_TYPES[message.encoding], 1)[:, :, 0]
-    return _measured(values if message.encoding == "32FC1" else values.astype(np.float32) / np.float32(1000))
+    return _measured(values) if message.encoding == "32FC1" else _from_millimetres(values)
 
 
 def fitted_depth(depth_m: Array, shape: tuple[int, int]) -> Array:
@@ -118,8 +118,8 @@ def _compressed_depth(data: bytes, description: str) -> Array:
     if description.startswith("32FC1") and start:  # inverse depth, quantised: z = A / (value - B)
         _, a, b = COMPRESSED_DEPTH_HEADER.unpack_from(data)
         inverse_depth = np.where(values > 0, values - np.float32(b), np.inf)
-        return np.divide(np.float32(a), inverse_depth, dtype=np.float32)
-    return values.astype(np.float32) / np.float32(1000)
+        return _measured(np.divide(np.float32(a), inverse_depth, dtype=np.float32))
+    return _from_millimetres(values)
 
 
 def _rvl(data: bytes, description: str) -> Array:
@@ -155,6 +155,13 @@ def _decompress(data: Any, flags: int, description: str, unknown: ImageReason) -
     return image
 
 
+def _from_millimetres(values: Array) -> Array:
+    """Whole numbers from 0, of which each but 0 is a measurement."""
+    depth_m: Array = values.astype(np.float32)
+    depth_m /= np.float32(1000)
+    return depth_m
+
+
 def _measured(depth_m: Array) -> Array:
     """The same depth with 0 wherever there is no measurement (NaN, inf, negative)."""
-    return np.where(np.isfinite(depth_m) & (depth_m > 0), depth_m, 0).astype(np.float32)
+    return np.where(np.isfinite(depth_m) & (depth_m > 0), depth_m, 0).astype(np.float32, copy=False)

@@ -13,6 +13,7 @@ from mcap import records
 from mcap.opcode import Opcode
 
 from logs.mcap_io.checksum import ChecksumError, without_checksum
+from logs.mcap_io.chunk import chunk_records
 from logs.mcap_io.file import DEFINITION
 from logs.mcap_io.scan import (
     MAGIC,
@@ -21,8 +22,8 @@ from logs.mcap_io.scan import (
     PositionedFile,
     RawRecord,
     Summary,
-    chunk_records,
     is_unknown,
+    message_fields,
     message_of,
     parse,
     record_at,
@@ -100,9 +101,9 @@ class LogReader:
                     definitions.add(inner)
                     if inner.opcode != Opcode.MESSAGE:
                         continue
-                    message = definitions.name(inner)
-                    if topics is None or message.topic in topics:
-                        yield message
+                    channel = definitions.channel(inner)
+                    if topics is None or channel.topic in topics:
+                        yield definitions.name(inner)
 
     def attachments(self) -> Iterator[LogAttachment]:
         with self._source() as (source, summary):
@@ -179,14 +180,19 @@ class Definitions:
         if known.setdefault(record.id, record) != record:
             raise Damage(f"two different definitions carry the number {record.id}")
 
-    def name(self, raw: RawRecord) -> LogMessage:
-        """The message with its channel's topic and type (type_name "" where the channel has no schema)."""
-        message = message_of(raw)
-        channel = self.channels.get(message.channel_id)
+    def channel(self, raw: RawRecord) -> records.Channel:
+        """Of a message; Damage where it is not defined with all that it names."""
+        channel_id = message_fields(raw)[0]
+        channel = self.channels.get(channel_id)
         if channel is None:
-            raise Damage(f"a message belongs to channel {message.channel_id}, which is nowhere defined")
+            raise Damage(f"a message belongs to channel {channel_id}, which is nowhere defined")
         if channel.schema_id and channel.schema_id not in self.schemas:
             raise Damage(f"channel {channel.topic} names schema {channel.schema_id}, which is nowhere defined")
+        return channel
+
+    def name(self, raw: RawRecord) -> LogMessage:
+        """The message with its channel's topic and type (type_name "" where the channel has no schema)."""
+        channel, message = self.channel(raw), message_of(raw)
         type_name = self.schemas[channel.schema_id].name if channel.schema_id else ""
         stamps = message.publish_time, message.log_time, message.sequence
         return LogMessage(channel.topic, type_name, channel.message_encoding, *stamps, message.data)

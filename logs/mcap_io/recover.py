@@ -15,6 +15,7 @@ from mcap import records
 from mcap.opcode import Opcode
 
 from logs.mcap_io.checksum import KEY, ChecksumError, without_checksum
+from logs.mcap_io.chunk import chunk_of, chunk_records
 from logs.mcap_io.file import DEFINITION, PROFILE, ChannelSpec, McapFile, definition_of
 from logs.mcap_io.reader import Definitions, LogError
 from logs.mcap_io.resync import next_record
@@ -27,7 +28,6 @@ from logs.mcap_io.scan import (
     RawRecord,
     Summary,
     attachment_crc,
-    chunk_records,
     is_unknown,
     message_of,
     parse,
@@ -161,7 +161,7 @@ class _Recovery:
             self.definitions.add(each)
             if each.opcode == Opcode.MESSAGE:
                 message_of(each)  # the chunk is kept whole or not at all
-        verified = parse(raw).uncompressed_crc != 0 and not self.loose_definitions
+        verified = chunk_of(raw).crc != 0 and not self.loose_definitions
         messages = (message_of(each) for each in inside if each.opcode == Opcode.MESSAGE)
         nameless = sum(not self._write(each, verified=verified) for each in messages)
         self.report.chunks += 1

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
@@ -29,8 +28,7 @@ PREFIX = struct.Struct("<BQ")  # opcode, length of the body
 MESSAGE = struct.Struct("<HIQQ")  # channel id, sequence, log time, publish time
 MAX_CHUNK_BYTES = 64 << 20  # expanded; rosbag2 and we write 1 MB, a raw 4K image is 25 MB
 MAX_ATTACHMENT_BYTES = 1 << 30  # lies in the file as it is, so the file must be as big: no bomb
-LARGE_CHUNK_BYTES, LARGE_CHUNK_RATIO = 1 << 30, 100  # so much, where the file holds a hundredth of it
-MAX_CHUNK_RECORDS = 1 << 20  # of less than 64 bytes on average in a chunk of the largest size: no message is so small
+LARGE_CHUNK_BYTES = 1 << 30  # where the file holds a hundredth of it
 MAX_BODY_BYTES = {
     Opcode.CHUNK: LARGE_CHUNK_BYTES,
     Opcode.MESSAGE: MAX_CHUNK_BYTES,
@@ -61,11 +59,14 @@ class Damage(Exception):
 
 @dataclass(frozen=True, slots=True)
 class RawRecord:
-    """One record: where it begins, what it says it is, and its bytes. exact: nothing may follow the known fields."""
+    """One record: where it begins, what it says it is, and its bytes. exact: nothing may follow the known fields.
+
+    body: of a record in a chunk a view of the chunk, for pictures are large.
+    """
 
     offset: int
     opcode: int
-    body: bytes
+    body: bytes | memoryview
     exact: bool = True
 
     @property
@@ -74,7 +75,7 @@ class RawRecord:
 
     @property
     def whole(self) -> bytes:
-        return PREFIX.pack(self.opcode, len(self.body)) + self.body
+        return PREFIX.pack(self.opcode, len(self.body)) + bytes(self.body)
 
 
 @dataclass
@@ -140,16 +141,17 @@ def record_at(source: PositionedFile, offset: int) -> RawRecord:
 
 def parse(raw: RawRecord) -> Any:
     """The record as mcap's dataclass. It must write back to the bytes it came from, which finds every short read."""
+    body = bytes(raw.body)
     try:
-        record = READERS[raw.opcode](ReadDataStream(BytesIO(raw.body)))
+        record = READERS[raw.opcode](ReadDataStream(BytesIO(body)))
         builder = RecordBuilder()
         record.write(builder)
     except (KeyError, McapError, struct.error, ValueError, OverflowError, MemoryError) as error:
         raise Damage(f"the record at byte {raw.offset} cannot be read") from error
     written = builder.end()[PREFIX.size :]
-    if raw.opcode == Opcode.ATTACHMENT and raw.body[len(written) - 4 : len(written)] == bytes(4):
+    if raw.opcode == Opcode.ATTACHMENT and body[len(written) - 4 : len(written)] == bytes(4):
         written = written[:-4] + bytes(4)  # a writer may leave the attachment's checksum out
-    if not raw.body.startswith(written) or (raw.exact and len(written) < len(raw.body)):
+    if not body.startswith(written) or (raw.exact and len(written) < len(body)):
         raise Damage(f"the record at byte {raw.offset} is not as it was written")
     return record
 
@@ -159,7 +161,7 @@ def attachment_crc(raw: RawRecord) -> bytes:
     builder = RecordBuilder()
     parse(raw).write(builder)
     end = len(builder.end()) - PREFIX.size
-    return raw.body[end - 4 : end]
+    return bytes(raw.body[end - 4 : end])
 
 
 def is_unknown(opcode: int) -> bool:
@@ -167,48 +169,21 @@ def is_unknown(opcode: int) -> bool:
     return opcode not in READERS and opcode != Opcode.MESSAGE
 
 
-def chunk_records(raw: RawRecord) -> ChunkRecords:
-    """The records in a chunk, all checked before the first is given: checksum, sizes, opcodes."""
-    data = _expand(parse(raw), raw.offset)
-    starts, at = 0, 0
-    while at < len(data):
-        opcode_and_length = data[at : at + PREFIX.size]
-        if len(opcode_and_length) < PREFIX.size:
-            raise Damage(f"the chunk at byte {raw.offset} ends in the middle of a record")
-        at += PREFIX.size + PREFIX.unpack(opcode_and_length)[1]
-        starts += 1
-        if starts > MAX_CHUNK_RECORDS:
-            raise Damage(f"the chunk at byte {raw.offset} holds more than {MAX_CHUNK_RECORDS} records, the limit")
-    if at != len(data):
-        raise Damage(f"the chunk at byte {raw.offset} ends in the middle of a record")
-    return ChunkRecords(data, raw.exact)
-
-
-@dataclass(frozen=True)
-class ChunkRecords:
-    """The records of a checked chunk, as often as wanted, one at a time: many small ones are large as objects."""
-
-    data: bytes
-    exact: bool
-
-    def __iter__(self) -> Iterator[RawRecord]:
-        at = 0
-        while at < len(self.data):
-            opcode, length = PREFIX.unpack_from(self.data, at)
-            yield RawRecord(at, opcode, self.data[at + PREFIX.size : at + PREFIX.size + length], self.exact)
-            at += PREFIX.size + length
+def message_fields(raw: RawRecord) -> tuple[int, int, int, int]:
+    """Channel id, sequence, log time and publish time."""
+    if len(raw.body) < MESSAGE.size:
+        raise Damage(f"the message at byte {raw.offset} is too short")
+    return MESSAGE.unpack_from(raw.body)
 
 
 def message_of(raw: RawRecord) -> records.Message:
-    if len(raw.body) < MESSAGE.size:
-        raise Damage(f"the message at byte {raw.offset} is too short")
-    channel_id, sequence, log_time, publish_time = MESSAGE.unpack_from(raw.body)
+    channel_id, sequence, log_time, publish_time = message_fields(raw)
     return records.Message(
         channel_id=channel_id,
         sequence=sequence,
         log_time=log_time,
         publish_time=publish_time,
-        data=raw.body[MESSAGE.size :],
+        data=bytes(raw.body[MESSAGE.size :]),
     )
 
 
@@ -258,39 +233,3 @@ def _read_summary(source: PositionedFile, offset: int, end: int) -> Summary:
     if chunks or (summary.statistics is not None and summary.statistics.chunk_count == 0):
         summary.chunk_offsets = chunks
     return summary
-
-
-def _expand(chunk: records.Chunk, offset: int) -> bytes:
-    size = chunk.uncompressed_size
-    limit = max(MAX_CHUNK_BYTES, min(LARGE_CHUNK_BYTES, LARGE_CHUNK_RATIO * len(chunk.data)))
-    if size > limit:
-        raise Damage(
-            f"the chunk at byte {offset} would expand to {size} bytes, more than the limit of {limit}: "
-            "record with smaller chunks, or rewrite the file with smaller ones"
-        )
-    if chunk.compression not in EXPANDERS:
-        raise Damage(f"the chunk at byte {offset} is compressed with {chunk.compression!r}, which is unknown")
-    try:
-        data = EXPANDERS[chunk.compression](chunk.data, size)
-    except Exception as error:  # each compressor raises its own kinds, and all mean the same here
-        raise Damage(f"the chunk at byte {offset} cannot be decompressed") from error
-    if len(data) != size:
-        raise Damage(f"the chunk at byte {offset} holds {len(data)} bytes and promised {size}")
-    if chunk.uncompressed_crc not in (0, zlib.crc32(data)):
-        raise Damage(f"the checksum of the chunk at byte {offset} does not match")
-    return data
-
-
-def _expand_zstd(data: bytes, size: int) -> bytes:
-    import zstandard
-
-    return bytes(zstandard.ZstdDecompressor().stream_reader(data).read(size + 1))  # never more than was promised
-
-
-def _expand_lz4(data: bytes, size: int) -> bytes:
-    import lz4.frame  # type: ignore[import-untyped]
-
-    return bytes(lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size + 1))
-
-
-EXPANDERS: dict[str, Any] = {"": lambda data, _size: data, "zstd": _expand_zstd, "lz4": _expand_lz4}

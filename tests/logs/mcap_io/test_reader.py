@@ -9,12 +9,16 @@ from pathlib import Path
 
 import pytest
 import zstandard
+from hypothesis import given
+from hypothesis import strategies as st
 from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
 from mcap.records import Chunk
 from mcap.writer import CompressionType, Writer
 
+from logs.mcap_io.chunk import chunk_of, chunk_records
 from logs.mcap_io.reader import LogError, LogReader
-from logs.mcap_io.scan import Damage, PositionedFile, chunk_records, record_at
+from logs.mcap_io.scan import Damage, PositionedFile, RawRecord, parse, record_at
 
 Everything = tuple[list[object], list[object], dict[str, dict[str, str]]]
 
@@ -152,3 +156,28 @@ def test_a_chunk_whose_checksum_was_made_right_again_still_fails_the_whole_file(
         LogReader(scratch / "b.mcap").metadata()
     with pytest.raises(LogError, match="checksum over the whole file"):
         list(LogReader(scratch / "b.mcap"))
+
+
+CHUNK_BODY = struct.pack("<QQQII", 1, 2, 5, 7, 4) + b"zstd" + struct.pack("<Q", 6) + b"packed"
+
+
+@given(
+    st.binary(max_size=80)
+    | st.integers(0, len(CHUNK_BODY)).map(lambda end: CHUNK_BODY[:end])
+    | st.binary(max_size=3).map(lambda more: CHUNK_BODY + more)
+    | st.tuples(st.integers(0, len(CHUNK_BODY) - 1), st.integers(0, 255)).map(
+        lambda at: CHUNK_BODY[: at[0]] + bytes([at[1]]) + CHUNK_BODY[at[0] + 1 :]
+    ),
+    st.booleans(),
+)
+def test_a_chunk_is_read_as_strictly_as_every_other_record(body: bytes, exact: bool) -> None:
+    raw = RawRecord(100, Opcode.CHUNK, body, exact)
+    try:
+        written = parse(raw)
+    except Damage:
+        with pytest.raises(Damage):
+            chunk_of(raw)
+        return
+    found = chunk_of(raw)
+    assert (found.size, found.crc) == (written.uncompressed_size, written.uncompressed_crc)
+    assert (found.compression, bytes(found.data)) == (written.compression, written.data)

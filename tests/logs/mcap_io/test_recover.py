@@ -10,11 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from logs.mcap_io import scan
+from logs.mcap_io import chunk
 from logs.mcap_io.checksum import KEY, ChecksumError, without_checksum
+from logs.mcap_io.chunk import chunk_records
 from logs.mcap_io.reader import LogError, LogMessage, LogReader
 from logs.mcap_io.recover import RecoveryReport, recover
-from logs.mcap_io.scan import PositionedFile, chunk_records, record_at
+from logs.mcap_io.scan import PositionedFile, record_at
 
 
 def recovered(damaged: Path) -> tuple[RecoveryReport, list[LogMessage]]:
@@ -230,6 +231,6 @@ def test_a_chunk_of_more_records_than_any_recorder_writes_is_refused_before_they
     small_recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """6 kB of zstd hold seven million records, 800 MB as objects."""
-    monkeypatch.setattr(scan, "MAX_CHUNK_RECORDS", 2)
+    monkeypatch.setattr(chunk, "MAX_CHUNK_RECORDS", 2)
     report = recover(small_recording, tmp_path / "out.mcap", lambda share: None)
     assert report.messages < 9 and any("more than 2 records, the limit" in loss for loss in report.losses)
