@@ -31,7 +31,8 @@ from robot_app.cli import Failure, print_json
 from robot_app.tables import show
 
 if TYPE_CHECKING:
-    from robot_app.mission.operator import Notice, SharedOperator
+    from robot_app.mission.notices import Notice
+    from robot_app.mission.operator import SharedOperator
 
 OBJECTS, SIDE_M = 2000, 12.0
 STOP_MEDIAN_MS, STOP_WORST_MS, HOLD_S, REPAINT_MS = 50.0, 200.0, 1.0, 10.0
@@ -215,7 +216,7 @@ class ConsoleBench:
         return page
 
     def _hear(self, notice: Notice) -> None:
-        from robot_app.mission.operator import Change
+        from robot_app.mission.notices import Change
 
         if notice.change is Change.STOPPED:
             self._heard_ns = time.monotonic_ns()

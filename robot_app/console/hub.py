@@ -15,7 +15,8 @@ from robot_app.console.commands import Commands, Page
 from robot_app.console.sessions import Session, TokenBucket
 from robot_app.console.snapshots import Snapshots
 from robot_app.console.telemetry import Picture
-from robot_app.mission.operator import Notice, SharedOperator
+from robot_app.mission.notices import Notice
+from robot_app.mission.operator import SharedOperator
 
 TICK_S = 0.1
 CAMERA_S = 0.1  # at most ten pictures a second

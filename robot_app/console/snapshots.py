@@ -16,7 +16,8 @@ from logs.trial.journal import Attached
 from logs.trial.records import Query, Record
 from openbelief.memory import ObjectMemory
 from robot_app.console.telemetry import Readings
-from robot_app.mission.operator import Change, Notice, SharedOperator
+from robot_app.mission.notices import Change, Notice
+from robot_app.mission.operator import SharedOperator
 from robot_app.mission.view import MissionView
 
 KEPT = 600  # snapshots whose time is known: a minute at 10 Hz

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import secrets
+from collections.abc import Callable
 from dataclasses import dataclass, field
+
+SILENT_S = 0.7  # without a sign of life from the client that commands, a moving robot is held
 
 
 class Refused(Exception):
@@ -29,11 +32,14 @@ class Lease:
 
 
 class Leases:
-    """Gives out one lease at a time. The caller keeps threads apart."""
+    """Gives out one lease at a time, and knows when its holder was last heard. The caller keeps threads apart.
 
-    def __init__(self) -> None:
+    now_s: the clock of signs of life.
+    """
+
+    def __init__(self, now_s: Callable[[], float]) -> None:
         self.current: Lease | None = None
-        self._epoch = 0
+        self._epoch, self._now_s, self._beat_s = 0, now_s, now_s()
 
     def take(self, who: str, how: str, *, over: bool, beats: bool) -> Lease:
         """A new lease; raises Refused where somebody else has it, unless it is taken over from them."""
@@ -42,6 +48,7 @@ class Leases:
             raise Refused(f"{held.holder} commands the robot: take over first.")
         self._epoch += 1
         self.current = Lease(who, how, self._epoch, beats, secrets.token_urlsafe(16))
+        self._beat_s = self._now_s()
         return self.current
 
     def require(self, lease: Lease | None) -> Lease:
@@ -52,6 +59,23 @@ class Leases:
         if lease is None or not secrets.compare_digest(lease.token, held.token) or lease.epoch != held.epoch:
             raise Refused(f"{held.holder} commands the robot now: take over first.")
         return held
+
+    def beat(self, lease: Lease, *, age_s: float = 0.0) -> None:
+        """A sign of life of its holder, given so long ago; raises Refused where it is not the valid one."""
+        self.require(lease)
+        self._beat_s = max(self._beat_s, self._now_s() - age_s)
+
+    def silent_s(self) -> float:
+        """Seconds since the last sign of life of the holder; 0 where none is expected."""
+        held = self.current
+        return self._now_s() - self._beat_s if held is not None and held.beats else 0.0
+
+    def silence(self) -> str | None:
+        """Why a moving robot must be held: whoever commands it is not heard. None where all is well."""
+        held, silent_s = self.current, self.silent_s()
+        if held is None or silent_s <= SILENT_S:
+            return None
+        return f"The page of {held.holder} has not been on a screen for {silent_s:.1f} s."
 
     def release(self, lease: Lease) -> None:
         self.require(lease)

@@ -9,45 +9,20 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from enum import StrEnum
+from dataclasses import replace
 
 from drivers.ports import Approval, Question, Reply, StopRequest
 from logs.trial.journal import Entry
 from robot_app.mission.command_replies import is_stop
 from robot_app.mission.lease import Lease, Leases, Refused
+from robot_app.mission.notices import Change, Listener, Notices
 from robot_app.mission.open_question import OpenQuestion
 from robot_app.mission.sentences import Sentence, Sentences
 
-SILENT_S = 0.7  # without a sign of life from the client that commands, a moving robot is held
 QUEUE_MAX = 8
 AGENT = "agent"  # how a program asks
 FACES = ("terminal", "console")  # where a person answers what an agent asked for
 SENTENCE_MAX = 300  # characters
-
-
-class Change(StrEnum):
-    """What a listener is told of."""
-
-    TOLD = "told"
-    ASKED = "asked"
-    ANSWERED = "answered"
-    EXPIRED = "expired"
-    STOPPED = "stopped"
-    LEASE = "lease"
-    QUEUE = "queue"
-    MISSION = "mission"
-
-
-@dataclass(frozen=True, slots=True)
-class Notice:
-    """A change, and a sentence for the screen ("" where the change says it all)."""
-
-    change: Change
-    sentence: str = ""
-
-
-Listener = Callable[[Notice], None]
 
 
 class SharedOperator:
@@ -65,8 +40,8 @@ class SharedOperator:
     ) -> None:
         self._approve_all, self._now_s, self._epoch_ns = approve_all, now_s, epoch_ns
         self._changed = threading.Condition(threading.RLock())
-        self._listeners: tuple[Listener, ...] = ()
-        self._leases, self._sentences = Leases(), Sentences()
+        self._notices = Notices()
+        self._leases, self._sentences = Leases(now_s), Sentences()
         self._present: frozenset[str] = frozenset()
         self._question: OpenQuestion | None = None
         self._questions = 0
@@ -74,7 +49,6 @@ class SharedOperator:
         self._said = self._stopped_at = 0  # what was said in which order
         self._mission: Sentence | None = None
         self._idle = False  # waiting for a sentence
-        self._beat_s = now_s()
 
     # ---- what everybody may see
 
@@ -107,14 +81,7 @@ class SharedOperator:
 
     def listen(self, listener: Listener) -> Callable[[], None]:
         """Be told of every change, on its own thread; returns what ends it. Listeners neither wait nor raise."""
-        with self._changed:
-            self._listeners = (*self._listeners, listener)
-
-        def end() -> None:
-            with self._changed:
-                self._listeners = tuple(each for each in self._listeners if each is not listener)
-
-        return end
+        return self._notices.listen(listener)
 
     # ---- clients: who is there, and who commands
 
@@ -134,13 +101,12 @@ class SharedOperator:
         with self._changed:
             before = self._leases.current
             lease = self._leases.take(who, how, over=over, beats=beats)
-            self._beat_s = self._now_s()
             if before is not None:
                 self._sentences.drop()
                 self._void()
             self._changed.notify_all()
         since = f" It was {before.holder}." if before else ""
-        self._tell(Change.LEASE, f"{lease.holder} commands the robot now.{since}")
+        self._notices.tell(Change.LEASE, f"{lease.holder} commands the robot now.{since}")
         return lease
 
     def release(self, lease: Lease) -> None:
@@ -150,25 +116,20 @@ class SharedOperator:
             if self._mission is not None:
                 raise Refused("A mission is under way: stop it first, or let somebody take over.")
             self._leases.release(lease)
-        self._tell(Change.LEASE, "Nobody commands the robot now.")
+        self._notices.tell(Change.LEASE, "Nobody commands the robot now.")
 
     def beat(self, lease: Lease, *, age_s: float = 0.0) -> None:
         """A sign of life of the client that commands, given so long ago; raises Refused where it does not command."""
         with self._changed:
-            self._leases.require(lease)
-            self._beat_s = max(self._beat_s, self._now_s() - age_s)
+            self._leases.beat(lease, age_s=age_s)
 
     def silent_s(self) -> float:
         """Seconds since the last sign of life of the client that commands; 0 where none is expected."""
-        lease = self._leases.current
-        return self._now_s() - self._beat_s if lease is not None and lease.beats else 0.0
+        return self._leases.silent_s()
 
     def silence(self) -> str | None:
         """Why a moving robot must be held: whoever commands it is not heard. None where all is well."""
-        lease, silent_s = self._leases.current, self.silent_s()
-        if lease is None or silent_s <= SILENT_S:
-            return None
-        return f"The page of {lease.holder} has not been on a screen for {silent_s:.1f} s."
+        return self._leases.silence()
 
     # ---- clients: commands
 
@@ -186,7 +147,7 @@ class SharedOperator:
             self._said += 1
             sentence = Sentence(text, held.who, held.how, self._said, notes)
             self._put(sentence)
-        self._tell(Change.QUEUE)
+        self._notices.tell(Change.QUEUE)
         return sentence
 
     def propose(self, text: str, *, agent: str) -> Sentence:
@@ -197,7 +158,7 @@ class SharedOperator:
             self._said += 1
             sentence = Sentence(text, agent, AGENT, self._said)
             self._put(sentence)
-        self._tell(Change.TOLD, f"The agent {agent} asks for: {text}")
+        self._notices.tell(Change.TOLD, f"The agent {agent} asks for: {text}")
         return sentence
 
     def _put(self, sentence: Sentence) -> None:
@@ -226,7 +187,7 @@ class SharedOperator:
             object_id = asked.chosen(word, number)
             reply = asked.reply = Reply(word, object_id, held.who, held.how, self._epoch_ns())
             self._changed.notify_all()
-        self._tell(Change.ANSWERED, f"{held.holder}: {word}.")
+        self._notices.tell(Change.ANSWERED, f"{held.holder}: {word}.")
         return reply
 
     def stop(self, *, because: str, who: str = "", how: str = "") -> None:
@@ -238,7 +199,7 @@ class SharedOperator:
             dropped = self._sentences.drop()
             self._changed.notify_all()
         words = "".join(f" Not asked any more: {sentence.text!r}." for sentence in dropped)
-        self._tell(Change.STOPPED, f"STOP: {because}.{words}")
+        self._notices.tell(Change.STOPPED, f"STOP: {because}.{words}")
 
     def interrupt(self, *, because: str, how: str = "") -> None:
         """Ctrl-C or a kill: ends the program where it waits for a sentence, and else is a STOP."""
@@ -276,18 +237,18 @@ class SharedOperator:
             if sentence.order > self._stopped_at:
                 self._stop = None
             self._mission = sentence
-        self._tell(Change.MISSION)
+        self._notices.tell(Change.MISSION)
 
     def ended(self) -> None:
         """The mission is over."""
         with self._changed:
             self._mission = None
-        self._tell(Change.MISSION)
+        self._notices.tell(Change.MISSION)
 
     # ---- the Operator port
 
     def tell(self, sentence: str) -> None:
-        self._tell(Change.TOLD, sentence)
+        self._notices.tell(Change.TOLD, sentence)
 
     def stop_requested(self) -> StopRequest | None:
         return self._stop
@@ -310,7 +271,7 @@ class SharedOperator:
             return Reply(Approval.YES, how=self._approve_all, at_ns=self._epoch_ns())
         while True:
             asked = self._open(question, timeout_s)
-            self._tell(Change.ASKED, question.sentence)
+            self._notices.tell(Change.ASKED, question.sentence)
             reply = self._await(asked)
             if reply is not None:
                 return reply
@@ -340,7 +301,7 @@ class SharedOperator:
         if asked.void:
             return None
         late = "Nobody answered in time." if self._present else "Nobody can answer: the input has ended."
-        self._tell(Change.EXPIRED, late)
+        self._notices.tell(Change.EXPIRED, late)
         return Reply(Approval.EXPIRED)
 
     @property
@@ -351,7 +312,3 @@ class SharedOperator:
     def _void(self) -> None:
         if self._question is not None:
             self._question.void = True
-
-    def _tell(self, change: Change, sentence: str = "") -> None:
-        for listener in self._listeners:
-            listener(Notice(change, sentence))

@@ -17,8 +17,9 @@ from logs.structured import logger, neutralise
 from logs.trial.journal import Entry
 from robot_app.mission.command_replies import is_stop, reply_to
 from robot_app.mission.lease import Lease, Refused
+from robot_app.mission.notices import Change, Notice
 from robot_app.mission.open_question import OpenQuestion, option_lines
-from robot_app.mission.operator import Change, Notice, SharedOperator
+from robot_app.mission.operator import SharedOperator
 
 HOW = "terminal"
 STOP_WORDS = ("stop", "s", "halt")

@@ -20,7 +20,8 @@ from openbelief.memory import ObjectMemory
 from openbelief.settings import first_complaint
 from openbelief.target_phrase import target_phrase
 from robot_app.mission.lease import Lease, Refused
-from robot_app.mission.operator import Change, Notice, SharedOperator
+from robot_app.mission.notices import Change, Notice
+from robot_app.mission.operator import SharedOperator
 from robot_app.remote import messages as m
 
 HOW = "zenoh"

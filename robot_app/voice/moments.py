@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from robot_app.mission.operator import Change, Notice
+from robot_app.mission.notices import Change, Notice
 
 SPOKEN = (Change.TOLD, Change.ASKED, Change.STOPPED, Change.EXPIRED)
 # For eyes alone: file names, addresses, and what somebody has just said themselves.

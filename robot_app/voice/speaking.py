@@ -8,7 +8,8 @@ import threading
 from typing import Protocol
 
 from robot_app.config_sections import VoiceSection
-from robot_app.mission.operator import Change, Notice, SharedOperator
+from robot_app.mission.notices import Change, Notice
+from robot_app.mission.operator import SharedOperator
 from robot_app.voice.moments import said_aloud
 from robot_app.voice.synthetic import installed
 

@@ -9,8 +9,9 @@ from dataclasses import replace
 import pytest
 
 from drivers.ports import Approval, Option, Question, Reply
-from robot_app.mission.lease import Refused
-from robot_app.mission.operator import QUEUE_MAX, SENTENCE_MAX, SILENT_S, Change, Notice, SharedOperator
+from robot_app.mission.lease import SILENT_S, Refused
+from robot_app.mission.notices import Change, Notice
+from robot_app.mission.operator import QUEUE_MAX, SENTENCE_MAX, SharedOperator
 
 LONG_S = 30.0  # longer than any of these tests takes
 QUESTION = Question(

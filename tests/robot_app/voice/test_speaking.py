@@ -8,7 +8,8 @@ import subprocess
 import pytest
 
 from robot_app.config_sections import VoiceSection
-from robot_app.mission.operator import Change, Notice, SharedOperator
+from robot_app.mission.notices import Change, Notice
+from robot_app.mission.operator import SharedOperator
 from robot_app.voice import speaking
 from robot_app.voice.moments import LONGEST, said_aloud
 from robot_app.voice.speaking import EspeakVoice, Silence, Speaker, local_voice
