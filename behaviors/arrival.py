@@ -31,7 +31,7 @@ class CameraMount:
 def arrival_frame(index: int, stood_ns: int | None, ports: Ports, policy: MissionPolicy) -> RgbdFrame:
     """The first frame stamped after the robot was seen to stand still, with its pose at the frame's own stamp.
 
-    stood_ns: that moment, by the robot's clock; None in trials of before it was looked at, which waited instead.
+    stood_ns: that moment, by the robot's clock; None in old trials, which waited a while instead.
     Raises StaleData or PoseUnavailable where three seconds of asking bring none.
     """
     if stood_ns is None:

@@ -57,7 +57,7 @@ def drive(goal: Pose2, ports: Ports, policy: MissionPolicy, path_prefix: PathPre
 def halted(because: str, ports: Ports, policy: MissionPolicy, *, under_way: bool = False) -> Step:
     """STOP, in any state: every goal of the robot is cancelled, and it is done once that was acknowledged; else FAULT.
 
-    under_way: whether a goal of ours runs; asked only where a trial of before is replayed.
+    under_way: whether a goal of ours runs; asked only where an old trial is replayed.
     """
     if policy.standing == "inferred" and not under_way:
         return Step(Event.STOP, because)
@@ -86,7 +86,7 @@ def _driven(goal: Pose2, ports: Ports, policy: MissionPolicy, holds: int = 0) ->
     while end is None:
         if step := _interrupted(goal, ports, policy, holds):
             return step
-        ports.navigator.feedback()  # the recorded port notes it
+        ports.navigator.feedback()  # only so that the recording port writes it down
         if ports.clock.now_ns() > deadline_ns:
             end = _timed_out(ports, policy)
             break
@@ -153,7 +153,7 @@ def _not_believed(event: Event, because: str, ports: Ports, policy: MissionPolic
 
 
 def _halt(because: str, ports: Ports, policy: MissionPolicy) -> NavigationResult:
-    """Whatever is believed of our goal, every goal is cancelled; trials of before know the cancel of their own."""
+    """Every goal is cancelled, whatever is believed of ours. Old trials recorded the cancel of ours alone."""
     tell = ports.navigator.halt if policy.standing == "checked" else ports.navigator.cancel
     return tell(because=because)
 

@@ -23,12 +23,12 @@ class MissionPolicy:
     pose_max_age_s: Positive = 0.5
     pose_error_m: Positive = 0.10  # localisation error allowed for at arrival
     navigation_timeout_s: Positive = 180.0
-    standing: Literal["checked", "inferred"] = "checked"  # "inferred": trials of before it was looked at
+    standing: Literal["checked", "inferred"] = "checked"  # "inferred": from the goal's end, in old trials
     goal_tolerance_m: Positive = 0.5  # a robot that stands further from its goal has not arrived
     readout: Literal["grounded", "consensus", "early", "belief"] = "grounded"  # "consensus": the paper's on the robot
     # Is it what was asked for? "relative": asks the map again with what is seen there; "paper": one threshold tau_q.
     arrival_check: Literal["relative", "paper"] = "relative"
-    unlooked: Literal["look again", "fault"] = "look again"  # at what one frame did not show; "fault": trials of before
+    unlooked: Literal["look again", "fault"] = "look again"  # at one lost frame; "fault": old trials
     # What is in doubt ("grounded" only): "ask" a person where it is unsure, "refuse" that too (nobody is there to ask),
     # or "insist" and drive whatever the map says.
     doubt: Literal["ask", "refuse", "insist"] = "ask"

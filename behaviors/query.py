@@ -47,7 +47,7 @@ class QueryProgress:
 
     @property
     def unwanted(self) -> bool:
-        """Whether the operator's will is all that keeps the candidates away."""
+        """Whether candidates are set aside only because the operator declined them."""
         return bool(self.declined) and set(self.declined) == set(self.set_aside)
 
     @property

@@ -30,7 +30,7 @@ class SystemClock:
     def set_by_s(self) -> float:
         """How far the system clock was set since we began, by NTP, a hand or a suspended machine; ahead is positive.
 
-        An interrupted reading shows a little of it where there is none.
+        Two clocks are read: where the thread is interrupted in between, a small step shows that did not happen.
         """
         return (self._wall_ns() - self.now_ns()) / 1e9
 

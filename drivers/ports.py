@@ -15,7 +15,7 @@ from openbelief.perception.ports import Perception
 from openbelief.pose import Pose2
 from openbelief.traversability import OccupancyGrid
 
-ANY_AGE_S = 1e8  # three years: a max_age_s that asks for whatever there is, by who judges by what changes
+ANY_AGE_S = 1e8  # three years: the max_age_s of a reader that takes any age, and judges by what changes
 
 
 class PortError(RuntimeError):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections import Counter
 
-KINDS_MAX = 64  # kinds that are told apart; who makes up more shares one count
+KINDS_MAX = 64  # kinds that are counted apart; all further ones share one count
 
 
 class Repeats:

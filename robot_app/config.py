@@ -69,7 +69,7 @@ class Config(Section):
         if self.ports.uses("replay") and self.replay.recording is None:
             raise ValueError('a port says "replay": name the recording with [replay] recording = "walk.mcap"')
         if self.mission.standing != "checked":
-            raise ValueError('mission.standing is for trials of before; on a robot it is "checked"')
+            raise ValueError('mission.standing is for replaying old trials; on a robot it is "checked"')
         Parameters.from_dict(self.parameters)
         return self
 

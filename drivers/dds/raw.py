@@ -115,7 +115,7 @@ class DdsPeer:
 
 
 def _qos(latched: bool) -> Any:
-    """ROS's for services, and for what is latched."""
+    """The quality of service that ROS uses for services, and for latched topics."""
     from cyclonedds.qos import Policy, Qos
     from cyclonedds.util import duration
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-WINDOW_NS = 5_000_000_000  # how long a smallest delay counts; at 50 ppm the clocks part 0.25 ms in it
-BACK_NS = 1_000_000  # the stamps of packets in order never fall: by more than rounding, and a clock was set
+WINDOW_NS = 5_000_000_000  # how long a smallest delay counts; at 50 ppm the clocks drift apart by 0.25 ms meanwhile
+BACK_NS = 1_000_000  # stamps of packets in order never go back; by more than this, which is rounding, a clock was set
 AHEAD_NS = 50_000_000  # no packet is faster than the fastest by so much: the lidar's clock was set ahead
 
 
@@ -35,7 +35,7 @@ class HostTime:
         return self._source, self._newest
 
     def observe(self, device_ns: int, arrival_ns: int, *, source: int = 0) -> bool:
-        """One packet in the order of sending; source: whose clock it was. Whether that clock was set since the last."""
+        """Take one packet, in the order of sending; whether its clock was set since the last. source: whose clock."""
         offset, best = arrival_ns - device_ns, self.offset_ns
         if best is None:
             began = was_set = True

@@ -100,7 +100,7 @@ class Nav2Bridge:
             end = self._send(track, pose_message(goal))
         if track.end is not None and end is None:  # cancelled meanwhile, perhaps before the server knew of it
             again = self._cancelling.cancel(track, "it was cancelled while it was being sent")
-            end = track.end if track.end.status == again.status else again  # the first knows why
+            end = track.end if track.end.status == again.status else again  # of equal ends the first names the cause
         track.end = end
         if end is None:
             self._ending.ask_result(track)

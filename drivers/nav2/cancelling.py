@@ -17,7 +17,7 @@ STILL_MOVING = "The robot may still be moving: use the remote."
 
 
 class Cancelling:
-    """Asks the navigate_to_pose server to cancel; STILL_MOVING wherever nothing proves that it does."""
+    """Asks the navigate_to_pose server to cancel; STILL_MOVING unless an answer proves that it did."""
 
     def __init__(self, navigate: ActionClient, clock: Clock, limits: Nav2Limits) -> None:
         self._navigate, self._clock, self._limits = navigate, clock, limits

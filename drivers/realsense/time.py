@@ -9,7 +9,7 @@ from drivers.ports import Clock
 
 STEP_NS = 5_000_000  # a smaller change of the wall clock's offset is our own reading's error
 TIGHT_NS = 1_000_000  # a reading that took longer was interrupted
-WINDOW_NS = 5_000_000_000  # at 50 ppm two clocks part 0.25 ms in it
+WINDOW_NS = 5_000_000_000  # at 50 ppm two clocks drift apart by 0.25 ms meanwhile
 
 
 class WallTime:

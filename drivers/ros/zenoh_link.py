@@ -66,7 +66,7 @@ class LinkConfig:
 
 @dataclass(frozen=True)
 class Replies:
-    """What a query brought. None of both: no queryable, one that could not read the request, or a dead link."""
+    """What a query brought. With neither: no queryable, one that could not read the request, or a dead link."""
 
     payloads: tuple[bytes, ...] = ()
     errors: tuple[str, ...] = ()

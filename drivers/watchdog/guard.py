@@ -103,7 +103,7 @@ class WatchdogGuard:
             self._with_hand(lambda hand: hand.cancel_all(self._trip))
             self._navigate.cancel_later(action.ALL_GOALS, CANCEL_S, partial(self._hear_answer, self._trip))
         self._tell()
-        self._link.check()  # last: a handler that fails keeps nobody from cancelling
+        self._link.check()  # last, so that a handler that failed does not keep us from cancelling
 
     def _facts(self, *, reset: bool = False) -> WatchdogFacts:
         return WatchdogFacts(
@@ -151,7 +151,7 @@ class WatchdogGuard:
             self._beats[beat.workstation] = self._now_ns()
 
     def _room(self) -> bool:
-        """Makes room for one more workstation; who is silent for long while nothing is latched was let go before."""
+        """Whether one more workstation can be watched. Unless latched, those long silent make room for it."""
         if not self._watchdog.latched:
             old_ns = self._now_ns() - OLD_NS
             for name in [name for name, beat_ns in self._beats.items() if beat_ns < old_ns]:
@@ -183,7 +183,7 @@ class WatchdogGuard:
             self._judge_code(found.trip, found.code, f"Nav2 answered {found.code} on DDS")
 
     def _with_hand(self, use: Callable[[Hand], Heard]) -> Heard | None:
-        """A hand that is broken keeps the other one from nothing."""
+        """A hand that is broken does not keep the other one from cancelling."""
         if self._hand is None:
             return None
         try:

@@ -8,7 +8,7 @@ from pydantic import field_validator
 
 from logs.trial.parts import Decision, Note, PlanarPose, RecordPart
 
-OLD_STATES = {"confirm": "await_approval"}  # as in trials of before 2026-11-29
+OLD_STATES = {"confirm": "await_approval"}  # as in trials from before 2026-11-29
 
 
 class Scored(RecordPart):

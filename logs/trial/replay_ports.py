@@ -56,7 +56,7 @@ def replay_ports(entries: Sequence[Entry]) -> Ports:
 
 
 def _had_lidar(entries: Sequence[Entry]) -> bool:
-    """Whether the mission asked a lidar; trials of before it was used have none."""
+    """Whether the mission asked a lidar; trials from before it was used have none."""
     return any(
         isinstance(e.record, records.Cloud)
         or (isinstance(e.record, records.PortFailure) and e.record.call == "lidar.latest")

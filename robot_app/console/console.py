@@ -40,7 +40,7 @@ def open_console(
     *,
     extra: Callable[[], dict[str, Any]] = dict,
 ) -> Iterator[OpenConsole]:
-    """Serve these missions' pages. extra: more for each snapshot. Raises Failure where it may or can not."""
+    """Serve these missions' pages. extra: more for each snapshot. Raises Failure where it must not or cannot."""
     from robot_app.console.commands import HOW
 
     live, memory = LiveMission(missions.memory), missions.memory

@@ -70,7 +70,7 @@ class Server:
 
 @contextmanager
 def serving(listening: Listening, settings: ConsoleSection, parts: Parts) -> Iterator[Server]:
-    """Serve until the end of the block. Raises Failure where it may or can not."""
+    """Serve until the end of the block. Raises Failure where it must not or cannot."""
     accounts = Accounts(settings.accounts)
     checked(listening, settings, accounts)
     bound = bound_socket(listening)

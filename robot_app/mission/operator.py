@@ -232,7 +232,7 @@ class SharedOperator:
                 self._idle = False
 
     def begin(self, sentence: Sentence) -> None:
-        """Its mission begins: a STOP of before the sentence no longer counts (it never restarts motion either)."""
+        """Its mission begins: a STOP from before the sentence no longer counts (it never restarts motion either)."""
         with self._changed:
             if sentence.order > self._stopped_at:
                 self._stop = None

@@ -42,7 +42,7 @@ class MissionSettings:
 class Asking:
     """A sentence as it was asked. who, how: by whom, with which client. after: what "the other one" refers to.
 
-    notes: of before the mission, for the trial: the sound of the sentence perhaps.
+    notes: for the trial, from before the mission: the sound of the sentence perhaps.
     """
 
     sentence: str

@@ -16,7 +16,7 @@ from logs.structured import logger
 STEP_S = 0.005
 LOOK_S = 1.0  # how often it is asked what is wrong, and whether the system clock was set
 BACK_OFF_S = (1.0, 2.0, 5.0, 10.0, 30.0)  # between attempts, the last again and again: it may be plugged in any time
-PROVEN_S = 30.0  # of service forgets earlier failures
+PROVEN_S = 30.0  # after so long at work earlier failures are forgotten
 CLOCK_SET_S = 0.5
 
 

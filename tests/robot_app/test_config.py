@@ -22,7 +22,7 @@ def write(folder: Path, text: str) -> Path:
         ("[parameters]\ntau_g = nan", "tau_g must be finite"),
         ("[mission]\ncamera_max_age_s = inf", "camera_max_age_s"),
         ("[mission]\nmotion = 'always'", "mission.motion"),
-        ("[mission]\nstanding = 'inferred'", "mission.standing is for trials of before"),
+        ("[mission]\nstanding = 'inferred'", "mission.standing is for replaying old trials"),
         ("[ports]\ncamera = 'replay'", "name the recording"),
         ("[zenoh]\ndistribution = 'indigo'", "zenoh.distribution"),
         ("[livox]\nlidar_ip = 'hello'", "livox.lidar_ip: an IPv4 address like"),
