@@ -21,7 +21,7 @@ def digest(observation: Observation) -> bytes:
         said += [int(source.stamp_ns), *(int(n) for n in (*source.bbox, *source.rle["size"]))]
     sha = hashlib.sha256(json.dumps(said).encode())
     if source:
-        sha.update(np.asarray(source.rle["counts"], dtype="<u4").tobytes())
-    sha.update(np.asarray(observation.points, dtype="<f4").tobytes())
-    sha.update(np.asarray(observation.feature, dtype="<f4").tobytes())
+        sha.update(np.ascontiguousarray(source.rle["counts"], dtype="<u4").data)
+    sha.update(np.ascontiguousarray(observation.points, dtype="<f4").data)
+    sha.update(np.ascontiguousarray(observation.feature, dtype="<f4").data)
     return sha.digest()

@@ -107,4 +107,5 @@ def first_seal(db: sqlite3.Connection) -> str:
 def _hash_row(sha: Any, row: Iterable[Any]) -> None:
     for value in row:
         data = value if isinstance(value, bytes) else repr(value).encode()
-        sha.update(f"{type(value).__name__} {len(data)} ".encode() + data)
+        sha.update(f"{type(value).__name__} {len(data)} ".encode())
+        sha.update(data)
