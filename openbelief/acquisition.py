@@ -54,7 +54,10 @@ def observe(frame: RgbdFrame, mask: Mask, parameters: Parameters) -> Observation
         raise MaskRefused("mask has another size than the frame")
     if np.count_nonzero(pixels) < parameters.min_mask_px:
         raise MaskRefused(f"mask smaller than {parameters.min_mask_px} pixels")
-    points = backproject(pixels, frame, parameters)
+    if not pixels.any():
+        raise MaskRefused("mask has no pixel")
+    bbox = mask_bbox(pixels)
+    points = backproject(pixels, frame, parameters, bbox)
     if len(points) < parameters.min_points:
         raise MaskRefused(_out_of_range(pixels, frame, parameters))
     try:
@@ -70,7 +73,7 @@ def observe(frame: RgbdFrame, mask: Mask, parameters: Parameters) -> Observation
         confidence=mask.confidence,
         points=points,
         feature=mask.feature,
-        provenance=provenance(frame, pixels),
+        provenance=provenance(frame, pixels, bbox),
     )
 
 
@@ -87,9 +90,8 @@ def _out_of_range(pixels: Array, frame: RgbdFrame, parameters: Parameters) -> st
     return f"{reason}: it is {at_m:.2g} m away, and depth_min_m is {parameters.depth_min_m:g} m"
 
 
-def provenance(frame: RgbdFrame, pixels: Array) -> Provenance:
-    """Where the mask was and what it looked like, so that a person can be shown it."""
-    bbox = mask_bbox(pixels)
+def provenance(frame: RgbdFrame, pixels: Array, bbox: tuple[int, int, int, int]) -> Provenance:
+    """Where the mask was and what it looked like, so that a person can be shown it. bbox: around its pixels."""
     return Provenance(frame.recording, frame.stamp_ns, bbox, encode_rle(pixels, bbox), crop_jpeg(frame.color, bbox))
 
 

@@ -12,18 +12,20 @@ from openbelief.observation import Intrinsics, RgbdFrame, mask_bbox
 from openbelief.parameters import Parameters
 
 
-def backproject(pixels: Array, frame: RgbdFrame, parameters: Parameters) -> Array:
+def backproject(
+    pixels: Array, frame: RgbdFrame, parameters: Parameters, bbox: tuple[int, int, int, int] | None = None
+) -> Array:
     """(n, 3) float32, map frame, metres: one point per pixel of the mask whose depth is in the trusted range.
 
-    pixels: (h, w) bool. n may be 0. A depth of 0, NaN or outside [depth_min_m, depth_max_m] is no measurement.
-    Raises ValueError where the mask has not the frame's shape.
+    pixels: (h, w) bool. bbox: the box around them, where it is known. n may be 0. A depth of 0, NaN or outside
+    [depth_min_m, depth_max_m] is no measurement. Raises ValueError where the mask has not the frame's shape.
     """
     mask = np.asarray(pixels, dtype=bool)
     if mask.shape != frame.depth_m.shape:
         raise ValueError(f"Shape of pixels should be {frame.depth_m.shape} as the frame's depth, got {mask.shape}.")
     if not mask.any():
         return np.zeros((0, 3), np.float32)
-    x0, y0, x1, y1 = mask_bbox(mask)
+    x0, y0, x1, y1 = bbox or mask_bbox(mask)
     box = slice(y0, y1), slice(x0, x1)
     depth_m = frame.depth_m[box]
     measured = (depth_m >= parameters.depth_min_m) & (depth_m <= parameters.depth_max_m)  # NaN compares false

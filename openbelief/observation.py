@@ -210,8 +210,11 @@ def decode_rle(rle: Rle) -> Array:
         raise ValueError(f"RLE size [{height}, {width}] is out of range.")
     if counts.ndim != 1 or (counts < 0).any() or counts.sum() != height * width:
         raise ValueError(f"RLE counts should be non-negative and fill {height}x{width} pixels.")
-    values = np.arange(len(counts)) % 2 == 1
-    return np.repeat(values, counts).reshape((height, width), order="F")
+    pixels = np.zeros(height * width, bool)
+    runs = counts[1 : len(counts) // 2 * 2]  # from the first to the last of the thing's
+    begin = int(counts[:1].sum())
+    pixels[begin : begin + int(runs.sum())] = np.repeat(np.arange(len(runs)) % 2 == 0, runs)
+    return pixels.reshape((height, width), order="F")
 
 
 def mask_bbox(pixels: Array) -> tuple[int, int, int, int]:

@@ -99,9 +99,9 @@ def thinned_camera(camera: Intrinsics) -> Intrinsics:
 
 
 def encode_depth(depth_m: Array) -> bytes:
-    thin = np.nan_to_num(depth_m[::DEPTH_STEP_PX, ::DEPTH_STEP_PX], nan=0.0, posinf=0.0, neginf=0.0)
-    millimetres = np.rint(thin * 1000.0)
-    return _encoded(".png", np.where(millimetres < 65536, millimetres, 0).clip(0).astype(np.uint16))
+    millimetres = np.rint(depth_m[::DEPTH_STEP_PX, ::DEPTH_STEP_PX] * 1000.0)
+    measured = (millimetres > 0) & (millimetres < 65536)  # NaN compares false
+    return _encoded(".png", np.where(measured, millimetres, 0).astype(np.uint16))
 
 
 def decode_depth(png: bytes) -> Array:

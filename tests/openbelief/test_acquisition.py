@@ -114,6 +114,12 @@ def test_a_mask_that_gives_no_observation_is_refused_by_reason(depth_m, pixels, 
     assert [o.mask for o in made] == [1]
 
 
+def test_a_mask_without_a_pixel_is_refused_whatever_the_parameters_allow():
+    empty, all_allowed = np.zeros((120, 160), bool), Parameters(min_mask_px=0, min_points=0)
+    _, [refused] = acquire(frame(np.full((120, 160), 1.0)), [mask(empty)], all_allowed)
+    assert refused.reason == "mask has no pixel"
+
+
 def test_an_observation_remembers_where_it_came_from():
     color = np.zeros((300, 400, 3), np.uint8)
     color[40:260, 40:360] = (200, 10, 10)

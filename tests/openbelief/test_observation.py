@@ -87,3 +87,12 @@ def test_run_lengths_are_those_of_every_pixel_and_lead_back_to_the_mask(seed, he
     if pixels.any():
         rows, columns = np.nonzero(pixels)
         assert mask_bbox(pixels) == (columns.min(), rows.min(), columns.max() + 1, rows.max() + 1)
+
+
+@given(st.lists(st.integers(0, 5), min_size=1, max_size=9))
+def test_run_lengths_of_others_may_hold_empty_runs(counts):
+    counts.append(12 - sum(counts) % 12)
+    values = [i % 2 == 1 for i, count in enumerate(counts) for _ in range(count)]
+    size = [4, sum(counts) // 4]
+    pixels = decode_rle({"size": size, "counts": counts})
+    assert pixels.T.ravel().tolist() == values and list(pixels.shape) == size

@@ -11,7 +11,7 @@ from openbelief import ObjectMemory, Parameters
 from openbelief.belief_file import BeliefFile
 from openbelief.observation import Intrinsics, RgbdFrame
 from openbelief.store import BeliefFileError, BeliefStore
-from openbelief.surroundings import StoreyMap, is_keyframe, view_of
+from openbelief.surroundings import DEPTH_STEP_PX, StoreyMap, decode_depth, encode_depth, is_keyframe, view_of
 from openbelief.traversability import OccupancyGrid
 
 CAMERA = Intrinsics(64, 48, 60.0, 60.0, 31.5, 23.5)
@@ -22,6 +22,13 @@ def frame(index=0, stamp_ns=1000, x=0.0, depth=2.0, recording="walk"):
     pose[0, 3] = x
     color = np.full((48, 64, 3), (200, 30, 30), np.uint8)
     return RgbdFrame(index, stamp_ns, color, np.full((48, 64), depth, np.float32), CAMERA, pose, recording)
+
+
+def test_a_views_depth_is_kept_to_the_millimetre_and_what_is_no_measurement_is_zero():
+    kept = {1.2344: 1.234, 65.535: 65.535, 65.5361: 0, -1.0: 0, np.nan: 0, np.inf: 0, -np.inf: 0, 0.0: 0}
+    depth_m = np.full((DEPTH_STEP_PX, DEPTH_STEP_PX * len(kept)), 9.0, np.float32)
+    depth_m[0, ::DEPTH_STEP_PX] = list(kept)
+    np.testing.assert_allclose(decode_depth(encode_depth(depth_m)), [list(kept.values())], atol=1e-6)
 
 
 @pytest.fixture
