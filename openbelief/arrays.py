@@ -49,6 +49,14 @@ def _numbers(values: Array, what: str) -> Array:
         return array.astype(np.float32, copy=False)
 
 
+def highest(values: Array, count: int) -> Array:
+    """(k,) rows of the at most `count` highest of (n,) values, the highest first, ties by the lowest row."""
+    rows = np.arange(len(values))
+    if 0 < count < len(values):
+        rows = np.flatnonzero(values >= np.partition(values, -count)[-count])
+    return rows[np.argsort(-values[rows], kind="stable")][:count]
+
+
 def read_only(array: Array) -> Array:
     """The array itself where nobody can write to it, else a read-only copy."""
     if not array.flags.writeable and array.base is None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from openbelief.arrays import Array
+from openbelief.arrays import Array, highest
 from openbelief.grounded.doubt import Verdict, judge
 from openbelief.grounded.reader import Reading
 from openbelief.grounded.thing import ThingScores
@@ -66,12 +66,17 @@ class Answer:
     notes: tuple[str, ...]
 
 
-def order(reading: Reading | ThingScores, exclude: frozenset[int] = frozenset()) -> list[int]:
+def order(reading: Reading | ThingScores, exclude: frozenset[int] = frozenset(), limit: int | None = None) -> list[int]:
     """Object ids by falling score, ties by lowest id; background and excluded ones left out."""
+    ids = _askable(reading, exclude)
+    return ids[highest(reading.score[ids], len(ids) if limit is None else limit)].tolist()
+
+
+def _askable(reading: Reading | ThingScores, exclude: frozenset[int]) -> Array:
+    """(k,) ascending ids of those that can be meant."""
     kept = np.isfinite(reading.score)
     kept[[i for i in exclude if 0 <= i < len(kept)]] = False
-    ids = np.flatnonzero(kept)
-    return ids[np.lexsort((ids, -reading.score[ids]))].tolist()
+    return np.flatnonzero(kept)
 
 
 def ranked(reading: Reading | ThingScores, exclude: frozenset[int], limit: int | None) -> list[Candidate]:
@@ -79,7 +84,7 @@ def ranked(reading: Reading | ThingScores, exclude: frozenset[int], limit: int |
     seen = reading.visual
     return [
         Candidate(i, float(reading.score[i]), None if seen is None else float(seen[i]), float(reading.head[i]))
-        for i in order(reading, exclude)[:limit]
+        for i in order(reading, exclude, limit)
     ]
 
 
@@ -112,7 +117,7 @@ def answer(
     limit: int | None = None,
 ) -> Answer:
     """phrases: the memory's own, asked for only where nothing was surely found."""
-    ids = order(reading, exclude)
+    ids = order(reading, exclude, None if limit is None else max(limit, 1))
     verdict, because = judge(reading, ids[0] if ids else None)
     request = reading.request
     understood = request.as_json()
@@ -122,7 +127,7 @@ def answer(
         because=because,
         understood=understood,
         candidates=tuple(candidate(reading, i) for i in ids[:limit]),
-        offers=_nearest(reading, np.array(ids, np.int64)),
+        offers=_nearest(reading, _askable(reading, exclude)),
         did_you_mean=() if verdict == "found" else _offered(reading, phrases()),
         notes=(*reading.notes, *reading.doubts, *(_untold(reading, ids[0]) if verdict == "found" else ())),
     )
@@ -136,6 +141,5 @@ def _untold(reading: Reading, best: int) -> list[str]:
 
 
 def _nearest(reading: Reading, ids: Array) -> tuple[int, ...]:
-    """Those whose words fit best, ties by lowest id."""
-    best = ids[np.lexsort((ids, -reading.head[ids]))][:OFFERS]
-    return tuple(best.tolist())
+    """Of (k,) ascending ids those whose words fit best, ties by lowest id."""
+    return tuple(ids[highest(reading.head[ids], OFFERS)].tolist())

@@ -60,10 +60,13 @@ def beliefs(entries: Entries, vectors: Array, features: Array | None, options: G
     return shares
 
 
-def lengths(entries: Entries, belief: Array, vectors: Array, n: int) -> Array:
+Product = Callable[[Array, Array], Array]  # (k,) <g_a, g_b> for two (k,) numbers of phrases
+
+
+def lengths(entries: Entries, belief: Array, product: Product, n: int) -> Array:
     """(n,) |sum_p p g_p| of each node, by the products of its phrases with each other."""
     row, phrase, _ = entries
-    product, square = _product_of(vectors), np.zeros(n)
+    square = np.zeros(n)
     one = other = np.arange(len(row))
     while len(one):
         twice = 1.0 if other[0] == one[0] else 2.0
@@ -75,8 +78,8 @@ def lengths(entries: Entries, belief: Array, vectors: Array, n: int) -> Array:
     return np.sqrt(np.maximum(square, 0.0))
 
 
-def _product_of(vectors: Array) -> Callable[[Array, Array], Array]:
-    """What gives (k,) <g_a, g_b> for two (k,) numbers of phrases."""
+def product_of(vectors: Array) -> Product:
+    """Of (U, d) rows."""
     if len(vectors) > GRAM_MAX:
         return lambda one, other: _products(vectors, one, vectors, other, np.float64)
     exact = vectors.astype(np.float64)

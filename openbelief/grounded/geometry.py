@@ -39,7 +39,8 @@ class ObjectBoxes:
 
     @classmethod
     def of(cls, table: MapTable) -> ObjectBoxes:
-        return cls(table.low, table.high, (table.low + table.high) / 2, ~table.background)
+        low, high = np.asfortranarray(table.low), np.asfortranarray(table.high)  # an axis at a time is read faster
+        return cls(low, high, (low + high) / 2, ~table.background)
 
 
 @dataclass(frozen=True, eq=False)

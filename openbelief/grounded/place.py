@@ -72,7 +72,7 @@ def _soft(
 ) -> PlaceScores:
     score, likely = np.zeros(len(table)), np.zeros(len(table))
     if kind is not None:
-        likely = np.exp(inferred()[:, list(HINTS).index(kind)])
+        likely = np.exp(inferred()[list(HINTS).index(kind)])
         score = options.inferred_weight * np.log(options.place_floor + likely)
     if derived:
         within = _contained(table.centroid, derived, options.room_slack_m)
@@ -133,53 +133,58 @@ def _contained(points: Array, rooms: Sequence[Room], slack_m: float) -> Array:
 
 
 def inferred_places(table: MapTable, asked: EncodedRequest, options: GroundedOptions) -> Array:
-    """(n, places) log-softmax over the kinds of place of the standardised T log sum_j K_ij exp(a_j / T).
+    """(places, n) log-softmax over the kinds of place of the standardised T log sum_j K_ij exp(a_j / T).
 
     a_j: the likeness of node j's consensus to the most typical thing of the place. K: Gaussian of the distance seen
     from above, on cells, so that the work is linear in the map.
     """
     T = options.place_temperature
     asked.of([thing for things in HINTS.values() for thing in things])  # at once: a third of the time
-    likeness = np.stack([_most_like(table, asked.of(things)) for things in HINTS.values()], axis=1)
+    likeness = _most_like(table, [asked.of(things) for things in HINTS.values()])
     counted = table.spoken & ~table.background
-    weighed = np.exp(likeness / T) * counted[:, None]
+    weighed = np.exp(likeness / T) * counted
     spread = _spread_out(table.centroid, weighed, options.place_radius_m)
     logs = T * np.log(spread + 1e-12)
-    logs = np.stack([standardised(column, ~table.background, LEAST_SPREAD) for column in logs.T], axis=1)
-    logs -= logs.max(axis=1, keepdims=True)
-    return logs - np.log(np.exp(logs).sum(axis=1, keepdims=True))
+    logs = np.stack([standardised(place, ~table.background, LEAST_SPREAD) for place in logs])
+    logs -= logs.max(axis=0)
+    return logs - np.log(np.exp(logs).sum(axis=0))
 
 
-def _most_like(table: MapTable, things: Array) -> Array:
-    """(n,) the best cosine of each node's consensus with one of the (k, d) things."""
-    alike = (table.bare_vectors @ things.T.astype(np.float32)).astype(np.float64)  # (U, k)
-    best = np.full(len(table), -1.0)
-    spoken = table.spoken
-    for column in alike.T:
-        mean = table.of_rows(table.belief * column[table.phrase])
-        best[spoken] = np.maximum(best[spoken], mean[spoken] / table.bare_length[spoken])
-    return best
+def _most_like(table: MapTable, places: Sequence[Array]) -> Array:
+    """(places, n) the best cosine of each node's consensus with one of the (k, d) things of each place."""
+    alike = np.concatenate([table.bare_vectors @ things.T.astype(np.float32) for things in places], axis=1)
+    first = np.cumsum([0, *map(len, places[:-1])])
+    best = np.full((len(places), len(table)), -1.0)
+    for nodes, sums in table.believed(alike.astype(np.float64)):
+        best[:, nodes] = np.maximum.reduceat(sums, first, axis=1).T
+    cosine = np.divide(best, table.bare_length, out=np.full(best.shape, -1.0), where=table.spoken)
+    return np.maximum(cosine, -1.0)
 
 
 def _spread_out(points: Array, values: Array, radius_m: float) -> Array:
-    """(n, k) values summed over all points of a storey with a Gaussian of the distance, at each point."""
+    """(k, n) values summed over all points of a storey with a Gaussian of the distance, at each point."""
     cell = CELL_M
     low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
     while np.prod((high - low) / cell + 1) > CELLS_MAX:
         cell *= 2
     kernel = _gaussian(radius_m / cell)
-    storey = np.floor((points[:, 2] - points[:, 2].min()) / STOREY_M).astype(int)
-    out = np.zeros_like(values)
-    for level in np.unique(storey):
-        mine = storey == level
-        at = np.floor((points[mine, :2] - low) / cell).astype(int)
-        shape = tuple(np.floor((high - low) / cell).astype(int) + 1)
-        for k in range(values.shape[1]):
-            grid = np.zeros(shape)
-            np.add.at(grid, (at[:, 0], at[:, 1]), values[mine, k])
+    rows, columns = (np.floor((high - low) / cell).astype(int) + 1).tolist()
+    at = np.floor((points[:, :2] - low) / cell).astype(int) @ [columns, 1]
+    out = np.empty_like(values)
+    for mine in _storeys(points[:, 2]):
+        cells = at[mine]
+        for value, spread in zip(values, out, strict=True):
+            grid = np.bincount(cells, weights=value[mine], minlength=rows * columns).reshape(rows, columns)
             smooth = cv2.sepFilter2D(grid, cv2.CV_64F, kernel, kernel, borderType=cv2.BORDER_CONSTANT)
-            out[mine, k] = smooth[at[:, 0], at[:, 1]]
+            spread[mine] = smooth.ravel()[cells]
     return out
+
+
+def _storeys(heights_m: Array) -> list[Array]:
+    """The rows of each storey."""
+    storey = np.floor((heights_m - heights_m.min()) / STOREY_M)
+    order = np.argsort(storey, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(storey[order])) + 1)
 
 
 def _gaussian(cells: float) -> Array:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from openbelief.arrays import Array
+from openbelief.arrays import Array, highest
 from openbelief.grounded.geometry import ObjectBoxes, Viewer, nearness
 from openbelief.grounded.options import GroundedOptions
 from openbelief.grounded.table import MapTable
@@ -81,7 +81,7 @@ def _likely(
     scores = np.where(table.background & (not is_background(anchor)), -np.inf, scores)
     if not np.isfinite(scores).any():
         return []
-    best = np.argsort(-scores, kind="stable")[:ANCHORS_MAX]
+    best = highest(scores, ANCHORS_MAX)
     weights = np.exp((scores[best] - scores[best[0]]) / options.anchor_temperature)
     shares = weights / np.exp((scores - scores[best[0]]) / options.anchor_temperature).sum()
     return [(int(i), float(share)) for i, share in zip(best, shares, strict=True) if share >= LEAST_SHARE]

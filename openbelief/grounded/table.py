@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from openbelief.arrays import Array, normalize
 from openbelief.grounded.colours import colours_of, without_colour
-from openbelief.grounded.entries import beliefs, lengths, pooled_entries, rows_of_sayings
+from openbelief.grounded.entries import beliefs, lengths, pooled_entries, product_of, rows_of_sayings
 from openbelief.grounded.fragments import Fragments
 from openbelief.grounded.lexicon import is_known
 from openbelief.grounded.looks import count_looks
@@ -17,6 +18,7 @@ from openbelief.grounded.options import GroundedOptions
 from openbelief.node_table import NodeTable
 from openbelief.pieces import COSINE, RADIUS_M, Pieces
 
+AT_ONCE = 512  # nodes
 Encode = Callable[[Sequence[str]], Array]  # (n, d) float64 unit rows
 
 
@@ -62,6 +64,26 @@ class MapTable:
         """(n,) sums of (E,) values over the entries of each node."""
         return np.bincount(self.row, weights=values, minlength=len(self))
 
+    @cached_property
+    def start(self) -> Array:
+        """(n + 1,): the entries of node i are start[i] to start[i + 1]."""
+        return np.searchsorted(self.row, np.arange(len(self) + 1))
+
+    def believed(self, values: Array) -> Iterator[tuple[slice, Array]]:
+        """(m, k) sums of p v over the entries of each of some nodes, of (U, k) values of the phrases; then of more.
+
+        Few nodes at once: what passes through stays in the processor's cache.
+        """
+        for first in range(0, len(self), AT_ONCE):
+            nodes = slice(first, min(first + AT_ONCE, len(self)))
+            start, count = self.start[nodes], np.diff(self.start[nodes.start : nodes.stop + 1])
+            sums = np.zeros((len(count), values.shape[1]))
+            for k in range(int(count.max())):
+                there = np.flatnonzero(count > k)
+                entry = start[there] + k
+                sums[there] += values.take(self.phrase[entry], axis=0) * self.belief[entry, None]
+            yield nodes, sums
+
     def phrases_of(self, i: int) -> list[tuple[str, float]]:
         """The phrases of a node with their belief, strongest first."""
         mine = np.flatnonzero(self.row == i)
@@ -72,7 +94,9 @@ def map_table(nodes: NodeTable, encode: Encode, options: GroundedOptions) -> Map
     """Everything that no query changes. encode: embeds phrases that lose a colour word; the rest is in the memory."""
     fragments = Fragments.of(_pieces(nodes, options), options.fragment_overlap, len(nodes))
     entries = pooled_entries(nodes, fragments)
-    features, bare_vectors = _features(nodes, fragments), _bare_vectors(nodes, encode)
+    features = _features(nodes, fragments)
+    vectors, uncoloured = _vectors(nodes, encode)
+    product = product_of(vectors)
     aligned = nodes.evidence.feature_text_aligned
     belief = beliefs(entries, nodes.phrase_embedding, features if aligned else None, options)
     return MapTable(
@@ -80,13 +104,13 @@ def map_table(nodes: NodeTable, encode: Encode, options: GroundedOptions) -> Map
         colours=tuple(map(colours_of, nodes.phrases)),
         known={u: bare for u, word in enumerate(nodes.phrases) if is_known(bare := without_colour(word))},
         vectors=nodes.phrase_embedding,
-        bare_vectors=bare_vectors,
+        bare_vectors=vectors[uncoloured],
         row=entries.row,
         phrase=entries.phrase,
         support=entries.support,
         belief=belief,
-        length=lengths(entries, belief, nodes.phrase_embedding, len(nodes)),
-        bare_length=lengths(entries, belief, bare_vectors, len(nodes)),
+        length=lengths(entries, belief, product, len(nodes)),
+        bare_length=lengths(entries._replace(phrase=uncoloured[entries.phrase]), belief, product, len(nodes)),
         features=features,
         looks=fragments.pooled(count_looks(nodes, options)),
         low=nodes.aabb[:, 0].astype(np.float64),
@@ -116,11 +140,12 @@ def _pieces(nodes: NodeTable, options: GroundedOptions) -> Pieces:
     return nodes.find_pieces(options.fragment_radius_m, options.fragment_cosine)
 
 
-def _bare_vectors(nodes: NodeTable, encode: Encode) -> Array:
-    """(U, d) float32 of the phrases without their colour."""
+def _vectors(nodes: NodeTable, encode: Encode) -> tuple[Array, Array]:
+    """(V, d) float32 of the phrases, and of what they are without their colour; (U,) the rows of the latter."""
     number = {phrase: u for u, phrase in enumerate(nodes.phrases)}
     bare = [without_colour(phrase) for phrase in nodes.phrases]
     missing = sorted(set(bare) - number.keys())
     more = np.asarray(encode(missing), dtype=np.float32) if missing else nodes.phrase_embedding[:0]
     place = number | {phrase: len(number) + k for k, phrase in enumerate(missing)}
-    return np.concatenate([nodes.phrase_embedding, more])[[place[phrase] for phrase in bare]]
+    rows = np.array([place[phrase] for phrase in bare], np.int64)
+    return np.concatenate([nodes.phrase_embedding, more]), rows
