@@ -43,24 +43,38 @@ def _basins(floor: Array, height: Array, peaks: Array) -> Array:
     """(h, w) int: the watershed of a height on the floor, each cell with the number of a peak that water came from.
 
     It is cut by the spanning forest of the highest ways to the peaks (Cousty et al., PAMI 2009); of ways alike the
-    steeper one is taken.
+    steeper one is taken, and then the first of the grid.
     """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components, minimum_spanning_tree
-
-    cells = np.arange(1, floor.size + 1).reshape(floor.shape)  # number 0 is the spring that all peaks share
+    cells = np.arange(floor.size).reshape(floor.shape)
     ways = [np.stack((a[f & g], b[f & g])) for (a, b), (f, g) in zip(_beside(cells), _beside(floor), strict=True)]
-    one, other = np.concatenate(ways, axis=1)
-    depth = height.max() + 1.0 - height.ravel().astype(np.float64)
-    shallow, deep = np.sort(np.stack((depth[one - 1], depth[other - 1])), axis=0)
-    tops = cells[peaks > 0]
-    costs = np.concatenate((np.full(len(tops), STEEPER), deep + STEEPER * shallow))
-    ends = np.concatenate((np.zeros_like(tops), one)), np.concatenate((tops, other))
-    forest = minimum_spanning_tree(coo_array((costs, ends), shape=(floor.size + 1,) * 2).tocsr())[1:, 1:]
-    _, tree = connected_components(forest, directed=False)
-    peak_of = np.zeros(floor.size, np.int64)
-    peak_of[tree[tops - 1]] = peaks[peaks > 0]
-    return peak_of[tree].reshape(floor.shape) * floor
+    ends = np.concatenate(ways, axis=1)
+    shallow, deep = np.sort(-height.ravel().astype(np.float64)[ends], axis=0)
+    ends = ends[:, np.argsort(deep + STEEPER * shallow, kind="stable")]
+    return peaks.ravel()[_rooted(ends, peaks.ravel() > 0)].reshape(floor.shape) * floor
+
+
+def _rooted(ends: Array, is_root: Array) -> Array:
+    """(n,) which of (n,) roots each node comes to in the least spanning forest; another node where it comes to none.
+
+    ends: (2, m), what each edge joins, the least edge first. Boruvka's steps: every tree without a root takes its
+    least edge out of it.
+    """
+    root = np.arange(len(is_root))
+    while True:
+        one, other = root[ends]
+        useful = (one != other) & ~(is_root[one] & is_root[other])
+        ends, one, other = ends[:, useful], one[useful], other[useful]
+        if not len(one):
+            return root
+        out = np.arange(len(root))
+        froms, tos = np.stack((one, other), axis=1).ravel()[::-1], np.stack((other, one), axis=1).ravel()[::-1]
+        out[froms] = tos  # the last of several counts: of each tree the least edge
+        out[is_root] = np.flatnonzero(is_root)
+        mutual = (out[out] == np.arange(len(out))) & (np.arange(len(out)) < out)
+        out[mutual] = np.flatnonzero(mutual)
+        while (out[out] != out).any():
+            out = out[out]
+        root = out[root]
 
 
 def _beside(image: Array) -> tuple[tuple[Array, Array], ...]:

@@ -1,8 +1,9 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
-from openbelief.basins import divided
+from openbelief.basins import _rooted, divided
 
 CELL_M = 0.05
 
@@ -43,3 +44,24 @@ def test_floor_that_nothing_joins_is_two_rooms_and_a_speck_is_of_the_nearest():
     assert len(np.unique(labels[labels > 0])) == 2
     assert (labels[30:34, 84:86] == labels[32, 40]).all()
     assert not divided(np.zeros((8, 8), bool), CELL_M).any()
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_every_node_comes_to_the_root_of_its_least_spanning_tree(seed):
+    """scipy's forest, with one more node that all roots hang on, says the same."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components, minimum_spanning_tree
+
+    rng = np.random.default_rng(seed)
+    count = 60
+    ends = np.unique(np.sort(rng.integers(0, count, (2, 70)), axis=0), axis=1)
+    ends = rng.permutation(ends[:, ends[0] != ends[1]], axis=1)
+    roots = rng.permutation(count)[:5]
+    spring = np.stack((np.full(5, count), roots))
+    costs = np.concatenate((np.arange(ends.shape[1]) + 2.0, np.ones(5)))
+    graph = coo_array((costs, np.concatenate((ends, spring), axis=1)), shape=(count + 1,) * 2).tocsr()
+    tree = connected_components(minimum_spanning_tree(graph)[:count, :count], directed=False)[1]
+    found = _rooted(ends, np.isin(np.arange(count), roots))
+    for node in range(count):
+        of_tree = [root for root in roots if tree[root] == tree[node]]
+        assert [found[node]] == of_tree if of_tree else found[node] not in roots
