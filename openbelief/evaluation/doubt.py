@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from openbelief.evaluation.colours import coloured_queries
 from openbelief.evaluation.truth import ABSENT, Truth
 from openbelief.grounded.answer import order
 from openbelief.grounded.doubt import Verdict, judge
@@ -24,7 +25,9 @@ BAND = 0.10  # of unsure below found
 
 
 def doubt_of(memory: ObjectMemory, truth: Truth) -> dict[str, Any]:
-    """`kept`, `absent_nouns` where the truth lists some, and `doubt`: the levels in use and the curve over others."""
+    """`kept`, `absent_nouns` where the truth lists some, `colours` where it tells them, and `doubt`: the levels in use
+    and the curve over others.
+    """
     findable = [q.query for q in truth.queries if q.kind != ABSENT and q.findable]
     here, absent = (_readings(memory, queries) for queries in (findable, truth.absent_nouns))
     result: dict[str, Any] = {"kept": _share(_verdicts(here), "found")}
@@ -36,9 +39,19 @@ def doubt_of(memory: ObjectMemory, truth: Truth) -> dict[str, Any]:
             "unsure": _share(verdicts, "unsure"),
             "not_found": _share(verdicts, "not found"),
         }
+    if any(thing.colour for thing in truth.objects.values()):
+        result["colours"] = _of_colours(memory, truth)
     levels = memory.reader().levels
     curve = [_point(here, absent, found_at) for found_at in SWEPT]
     return {**result, "doubt": {"found_at": levels.found, "unsure_at": levels.unsure, "curve": curve}}
+
+
+def _of_colours(memory: ObjectMemory, truth: Truth) -> dict[str, Any]:
+    """kept: of things asked for in their own colour. refused: of things asked for in one that none of them has."""
+    own, other = coloured_queries(truth)
+    kept, found = (_share(_verdicts(_readings(memory, queries)), "found") for queries in (own, other))
+    refused = None if found is None else 1.0 - found
+    return {"queries": len(own), "kept": kept, "others": len(other), "refused": refused}
 
 
 def _readings(memory: ObjectMemory, queries: Sequence[str]) -> list[Reading]:

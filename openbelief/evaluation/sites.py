@@ -18,6 +18,8 @@ COLUMNS: dict[str, tuple[str, str, bool, str]] = {
     "grounded_rooms": ("queries", "grounded", True, "sr_at_1m"),
     "kept": ("queries", "grounded", False, "kept"),
     "refused": ("queries", "grounded", False, "refused"),
+    "own_colour": ("queries", "grounded", False, "own_colour"),
+    "other_colour": ("queries", "grounded", False, "other_colour"),
     "relations_consensus": ("relations", "consensus", False, "r_at_1"),
     "relations": ("relations", "grounded", False, "r_at_1"),
 }
@@ -52,9 +54,15 @@ def _rate(counts: Sequence[dict[str, int]]) -> dict[str, Any]:
 
 
 def _count(result: dict[str, Any], rate: str) -> dict[str, int]:
-    if rate == "refused":
-        of = result["absent_nouns"]["queries"]
-        return {"right": round(result["absent_nouns"]["refused"] * of), "of": of}
+    where = {
+        "refused": ("absent_nouns", "refused", "queries"),
+        "own_colour": ("colours", "kept", "queries"),
+        "other_colour": ("colours", "refused", "others"),
+    }
+    if rate in where:
+        part, share, of = where[rate]
+        told = result[part]
+        return {"right": round(told[share] * told[of]), "of": told[of]}
     return {"right": round(result[rate] * result["queries"]), "of": result["queries"]}
 
 

@@ -25,11 +25,12 @@ class TruthError(ValueError):
 
 @dataclass(frozen=True)
 class TrueObject:
-    """aabb: (2, 3) float64, map frame, metres, min and max."""
+    """aabb: (2, 3) float64, map frame, metres, min and max. colour: None where it is not told."""
 
     id: int
     label: str
     aabb: Array
+    colour: str | None = None
 
     def contains(self, point: Array, margin_m: float) -> bool:
         """True inside the box grown by `margin_m`."""
@@ -99,7 +100,7 @@ def _parse_object(row: dict[str, Any]) -> TrueObject:
     aabb = np.array(row["aabb"], dtype=float)
     if aabb.shape != (2, 3) or not math.isfinite(aabb.sum()) or (aabb[0] > aabb[1]).any():
         raise ValueError(f"object {row['id']}: aabb should be [[min x, y, z], [max x, y, z]]")
-    return TrueObject(int(row["id"]), str(row["label"]), aabb)
+    return TrueObject(int(row["id"]), str(row["label"]), aabb, row.get("colour"))
 
 
 def _parse_query(row: dict[str, Any]) -> TrueQuery:

@@ -102,6 +102,9 @@ def _doubt_lines(result: dict[str, Any]) -> Iterator[str]:
         said += f"; of {absent['queries']} absent nouns {absent['refused']:.0%} refused"
         said += f" ({absent['unsure']:.0%} unsure, {absent['not_found']:.0%} not found)"
     yield f"{said}, found at {doubt['found_at']:.2f}"
+    if told := result.get("colours"):
+        yield f"in its own colour {_share(told['kept'])} of {told['queries']} things are answered found"
+        yield f"  in a colour that none of the name has {_share(told['refused'])} of {told['others']} are refused"
     for point in doubt["curve"][::2]:
         shares = f"kept {_share(point['kept'])}, refused {_share(point['refused'])}"
         yield f"  found at {point['found_at']:.2f}: {shares}"

@@ -24,6 +24,8 @@ HEADS = {
     "grounded_rooms": "with rooms",
     "kept": "kept",
     "refused": "refused",
+    "own_colour": "own colour",
+    "other_colour": "no such colour",
     "relations_consensus": "relations, consensus",
     "relations": "relations",
 }

@@ -1,13 +1,15 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from openbelief import ObjectMemory, Observation
+from openbelief.evaluation.colours import coloured_queries
 from openbelief.evaluation.retrieval import evaluate
-from openbelief.evaluation.truth import TruthError, read_truth
+from openbelief.evaluation.truth import TruthError, read_truth, truth_of
 from openbelief.observation import Provenance
 from support.encoders import WordEncoder
 
@@ -130,3 +132,21 @@ def test_without_absent_nouns_nothing_is_said_of_them(memory, truth):
     result = evaluate(memory, read_truth(truth()), "grounded")
     assert "absent_nouns" not in result and result["kept"] == 1.0
     assert "kept" not in evaluate(memory, read_truth(truth()))
+
+
+def test_what_is_asked_for_in_a_colour_that_none_has_is_no_colour_of_its_own():
+    box = [[0, 0, 0], [1, 1, 1]]
+    things = [("chair", "red"), ("chair", "white"), ("lamp", "red"), ("sofa", None), ("mug", "blue")]
+    objects = [{"id": i, "label": n, "colour": c, "aabb": box} for i, (n, c) in enumerate(things)]
+    own, other = coloured_queries(truth_of({"objects": objects, "queries": []}))
+    assert own == ["red chair", "red lamp", "blue mug"]
+    assert other == ["blue chair", "white lamp", "white mug"]
+    assert coloured_queries(truth_of({"objects": objects[3:4], "queries": []})) == ([], [])
+
+
+def test_grounded_says_what_is_kept_and_refused_of_colours(memory, truth):
+    told = read_truth(truth())
+    coloured = {i: replace(each, colour=("red", "blue")[i % 2]) for i, each in told.objects.items()}
+    result = evaluate(memory, replace(told, objects=coloured), "grounded")["colours"]
+    assert result["queries"] == len({each.label for each in coloured.values()}) and result["kept"] == 1.0
+    assert result["refused"] == 0.0, "of no thing of this map was a colour said"
