@@ -1,6 +1,7 @@
 // The picture, and on an arrival's picture what was judged: outlines in the colours of the arrival pictures.
 
 import {attribute, text} from "./dom.js";
+import {openSocket} from "./socket.js";
 
 const LATE_S = 1.2;
 
@@ -102,8 +103,7 @@ export class CameraStream {
 
   connect() {
     if (this.ended) return;
-    const scheme = location.protocol === "https:" ? "wss" : "ws";
-    const socket = (this.socket = new WebSocket(`${scheme}://${location.host}/ws/camera`));
+    const socket = (this.socket = openSocket("/ws/camera"));
     socket.binaryType = "arraybuffer";
     socket.onmessage = async (event) => {
       try {

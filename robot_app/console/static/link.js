@@ -1,5 +1,7 @@
 // The live connection. A command is sent now or not at all: nothing waits for a link that may come back.
 
+import {openSocket} from "./socket.js";
+
 const RETRY_MS = 500;
 const DEAD_MS = 2500; // ten snapshots a second: a socket that is silent for so long leads nowhere
 const ANSWER_MS = 3000;
@@ -29,8 +31,7 @@ export class Link {
 
   connect() {
     if (this.ended) return;
-    const scheme = location.protocol === "https:" ? "wss" : "ws";
-    const socket = (this.socket = new WebSocket(`${scheme}://${location.host}/ws?page=${PAGE}`));
+    const socket = (this.socket = openSocket(`/ws?page=${PAGE}`));
     this.triedAt = performance.now();
     socket.onopen = () => { this.open = true; this.state = {}; this.heardAt = performance.now(); this.onChange(); };
     socket.onmessage = (event) => this.take(JSON.parse(event.data));

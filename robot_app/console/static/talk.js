@@ -1,6 +1,7 @@
 // Hold to talk. What was heard goes into the ask line, to be read, corrected and asked like typed words.
 
 import {$, element, shown, text} from "./dom.js";
+import {openSocket} from "./socket.js";
 
 const RATE_HZ = 16000;
 const MOST_MS = 29000;
@@ -65,8 +66,7 @@ export class Talk {
   }
 
   open() {
-    const scheme = location.protocol === "https:" ? "wss" : "ws";
-    const socket = new WebSocket(`${scheme}://${location.host}/ws/voice`);
+    const socket = openSocket("/ws/voice");
     socket.binaryType = "arraybuffer";
     socket.onmessage = ({data}) => { this.take(JSON.parse(data)); socket.close(); };
     socket.onerror = () => this.say({ok: false, text: "Nothing was heard: there is no link to the console."});

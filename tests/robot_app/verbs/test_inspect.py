@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 
 import cv2
@@ -12,17 +11,13 @@ from openbelief.derived_rooms import with_derived_rooms
 from openbelief.perception.sentence import SentenceEncoder
 from openbelief.surroundings import Surroundings
 from robot_app.cli import main
+from support.verbs import answer
 
 
 @pytest.fixture(scope="module")
 def memory(demo_folder):
     """The demo's small room, mapped: its rooms were given, its keyframes and its map lie in the file."""
     return demo_folder / "site.belief"
-
-
-def answer(capsys, *arguments):
-    assert main([*map(str, arguments), "--json"]) == 0
-    return json.loads(capsys.readouterr().out)
 
 
 def test_floors_hold_rooms_hold_objects_and_views_show_them(memory, capsys):

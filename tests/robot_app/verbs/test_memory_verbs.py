@@ -12,6 +12,7 @@ from openbelief.observation import Provenance
 from openbelief.perception.sentence import SentenceEncoder
 from robot_app.cli import main
 from robot_app.seen_in import told
+from support.verbs import answer
 
 BLOCK = (np.stack(np.meshgrid(*[np.arange(6)] * 3), axis=-1).reshape(-1, 3) * 0.02).astype(np.float32)
 SAID = ["red chair", "floor lamp", "[bold]sofa[/bold]\x1b[2J"]
@@ -37,11 +38,6 @@ def memory(tmp_path_factory):
     path = tmp_path_factory.mktemp("memory") / "site.belief"
     ObjectMemory.build(views, encoder, Parameters()).save(path)
     return path
-
-
-def answer(capsys, *arguments):
-    assert main([*map(str, arguments), "--json"]) == 0
-    return json.loads(capsys.readouterr().out)
 
 
 def test_query_ranks_with_the_evidence_for_each(memory, capsys):

@@ -1,21 +1,15 @@
 from __future__ import annotations
 
-import json
-
 import cv2
 import pytest
 
 from robot_app.cli import main
+from support.verbs import answer
 
 
 @pytest.fixture(scope="module")
 def memory(demo_folder):
     return demo_folder / "site.belief"
-
-
-def answer(capsys, *arguments):
-    assert main([*map(str, arguments), "--json"]) == 0
-    return json.loads(capsys.readouterr().out)
 
 
 def test_where_it_was_seen_is_listed_newest_first_with_its_pictures(memory, tmp_path, capsys):
