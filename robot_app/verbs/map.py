@@ -9,7 +9,6 @@ command is given again. Images that cannot be used are skipped, counted and name
 from __future__ import annotations
 
 import argparse
-from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,12 +19,8 @@ from robot_app.room_files import FORM, read_rooms
 
 if TYPE_CHECKING:
     from logs.frames.reader import ReadOptions
-    from openbelief.association import ExtentAlarm
-    from openbelief.memory import ObjectMemory
     from openbelief.parameters import Parameters
-    from robot_app.mapping.job import MapResult
 
-ALARMS_SHOWN = 5
 # Two masks of one thing (points that overlap by tau_g, of one noun) on the kitchen recording: 42 % of the pairs have a
 # cosine of MobileNetV2's features of 0.85, 75 % one of 0.75; of two nouns 17 % and 27 %. 60 nodes become 44.
 MOBILENET_TAU_V = 0.75
@@ -90,6 +85,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     from robot_app.mapping.job import MapJob
+    from robot_app.mapping.report import report_of, text_of
     from robot_app.mapping.run import require_recordings, run_map
     from robot_app.progress import progress
 
@@ -108,11 +104,11 @@ def run(options: argparse.Namespace) -> int:
         raise Failure(f"The folder {job.out.parent} does not exist: create it, or choose another -o.")
     with progress() as shown:
         result = run_map(job, text_encoder_of(job.perceptions[0]), shown)
-    report = _report(options.out, result)
+    report = report_of(options.out, result)
     if options.json:
         print_json(report)
     else:
-        print(_text(report))
+        print(text_of(report))
     return 0
 
 
@@ -150,98 +146,3 @@ def _parameters(path: Path | None, perceptions: list[str]) -> Parameters:
         return Parameters.from_dict(own | from_toml(path.read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError) as error:
         raise Failure(f"--parameters {path}: {error}") from error
-
-
-def _report(out: Path, result: MapResult) -> dict[str, Any]:
-    from openbelief.scene_graph import scene_graph
-
-    memory = result.memory
-    return {
-        "memory": str(out),
-        "content_hash": memory.content_hash,
-        "state_hash": memory.state_hash,
-        "recordings": [
-            {
-                "recording": reader.recording,
-                "frames": len(reader.plan.frames),
-                "skipped": dict(reader.skipped),
-                "first_skips": _first_of_each(reader.skips),
-                "damage": reader.damage,
-                "notes": reader.notes,
-                "maps_unusable": reader.storey_maps()[1],
-            }
-            for reader in result.readers
-        ],
-        "frames": result.taken.frames,
-        "frames_resumed": result.resumed,
-        "observations": len(memory.observations),
-        "masks_refused": dict(result.taken.refused),
-        "frames_unseen": dict(result.taken.unseen),
-        "objects": len(memory.objects),
-        "rooms": _rooms(memory),
-        "lacks": scene_graph(memory).lacks,
-        "extent_alarms": [_alarm(memory, alarm) for alarm in _foreground_alarms(memory)],
-        "seconds": {stage: round(seconds, 3) for stage, seconds in result.seconds.items()},
-    }
-
-
-def _rooms(memory: ObjectMemory) -> list[dict[str, Any]]:
-    """How many objects stand in each room; in none of them under the name None."""
-    standing = Counter(node.room for node in memory.objects)
-    rooms = [{"name": r.name, "given": r.given, "objects": standing[r.name]} for r in memory.rooms]
-    return rooms + ([{"name": None, "objects": standing[None]}] if standing[None] else [])
-
-
-def _foreground_alarms(memory: ObjectMemory) -> list[ExtentAlarm]:
-    """Walls and floors are long by nature."""
-    return [alarm for alarm in memory.extent_alarms() if not memory.objects[alarm.label].background]
-
-
-def _alarm(memory: ObjectMemory, alarm: ExtentAlarm) -> dict[str, Any]:
-    node = memory.objects[alarm.label]
-    return {"object_id": node.id, "label": node.label, "extent_m": alarm.extent_m, "because": alarm.because}
-
-
-def _first_of_each(skips: list[Any]) -> dict[str, str]:
-    """Reason -> the details of its first image."""
-    first: dict[str, str] = {}
-    for skip in skips:
-        first.setdefault(skip.reason, f"image {skip.index}: {skip.detail}")
-    return first
-
-
-def _text(report: dict[str, Any]) -> str:
-    lines = []
-    for each in report["recordings"]:
-        lines += [f"{each['recording']}: {note}" for note in each["notes"]]
-        for reason, count in Counter(each["skipped"]).most_common():
-            example = each["first_skips"].get(reason)
-            lines.append(f"skipped {count} x {reason}" + (f" (first: {example})" if example else ""))
-        if each["damage"]:
-            lines.append(f"{each['recording']} is damaged: {each['damage']}. Mapped what lies before the damage.")
-        lines += [f"{each['recording']}: its navigation map is not used. {why}" for why in each["maps_unusable"]]
-    lines += [f"could not look at {n} frames: {reason}" for reason, n in Counter(report["frames_unseen"]).most_common()]
-    lines += [f"refused {n} masks: {reason}" for reason, n in Counter(report["masks_refused"]).most_common()]
-    lines += alarm_lines(report["extent_alarms"])
-    lines += [report["lacks"]] if report["lacks"] else []
-    if any(room["name"] for room in report["rooms"]):
-        standing = [f"{room['name'] or 'in none of them'} {room['objects']}" for room in report["rooms"]]
-        lines.append(f"objects by room: {', '.join(standing)}")
-    resumed = f" ({report['frames_resumed']} of them done before)" if report["frames_resumed"] else ""
-    lines.append(
-        f"{report['frames']} frames{resumed}, {report['observations']} observations, {report['objects']} objects "
-        f"-> {report['memory']}"
-    )
-    spent = ", ".join(f"{stage} {seconds:.1f} s" for stage, seconds in report["seconds"].items())
-    return "\n".join([*lines, f"time: {spent}", f"content hash {report['content_hash']}"])
-
-
-def alarm_lines(alarms: list[dict[str, Any]]) -> list[str]:
-    from logs.structured import neutralise
-
-    lines = [
-        neutralise(f"object {a['object_id']} ({a['label'] or 'no phrase'}) may be several things: {a['because']}")
-        for a in alarms[:ALARMS_SHOWN]
-    ]
-    more = len(alarms) - ALARMS_SHOWN
-    return [*lines, f"and {more} more objects that may be several things (--json lists them)"] if more > 0 else lines

@@ -16,7 +16,7 @@ from openbelief.memory import ObjectMemory
 from openbelief.observation import encode_rle
 from openbelief.store import BeliefStore
 from robot_app.cli import main
-from robot_app.verbs.map import alarm_lines
+from robot_app.mapping.report import alarm_lines
 
 COLOR = "/camera/color/image_raw/compressed"
 RECORDINGS = Path(__file__).resolve().parents[3].parent / "shared" / "recordings"
