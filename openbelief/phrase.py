@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import unicodedata
+from functools import lru_cache
 
 MAX_CHARACTERS = 60
 MAX_WORDS = 8
@@ -15,6 +16,7 @@ BACKGROUND = (
 )
 
 
+@lru_cache(maxsize=1024)  # a walk has a thousand observations and names them by a few hundred phrases
 def comparable(raw: str | None) -> str | None:
     """Lower case, NFC, no control or zero-width characters, at most 8 words and 60 characters; None where none is left.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -26,7 +26,7 @@ class VoxelBall:
     columns: tuple[tuple[int, int, int], ...] = field(repr=False)
     slack_m: float
 
-    @property
+    @cached_property
     def reach(self) -> int:
         """Its longest step along an axis, voxels."""
         return max((z for _, _, z in self.columns), default=0)
@@ -57,8 +57,12 @@ def _moved(at: Array, moves: list[tuple[int, int]], cells: int) -> Array:
 
 def _lay(grid: Array, move: int, over: Array) -> None:
     """`grid`, moved by so many cells, over another one; what would leave it is empty."""
-    here, there = slice(max(move, 0), len(grid) + min(move, 0)), slice(max(-move, 0), len(grid) - max(move, 0))
-    over[here] |= grid[there]
+    if move > 0:
+        over[move:] |= grid[:-move]
+    elif move < 0:
+        over[:move] |= grid[-move:]
+    else:
+        over |= grid
 
 
 def _stepped(at: Array, moves: list[tuple[int, int]], cells: int) -> Array:
