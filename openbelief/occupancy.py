@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 
 from openbelief.arrays import Array, points_array
@@ -59,7 +60,6 @@ def floor_height(points: Array) -> float:
 
 def _closed(floor: Array) -> Array:
     """Gaps of up to two cells between floor hits are floor: a lidar's rings are that far apart."""
-    from scipy.ndimage import binary_closing
-
-    padded = np.pad(floor, 1)
-    return binary_closing(padded, np.ones((3, 3), bool))[1:-1, 1:-1]
+    padded, beside = np.pad(floor, 1).astype(np.uint8), np.ones((3, 3), np.uint8)
+    closed = cv2.morphologyEx(padded, cv2.MORPH_CLOSE, beside, borderType=cv2.BORDER_CONSTANT, borderValue=0)
+    return closed[1:-1, 1:-1].astype(bool)

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.ndimage import binary_closing
 
+from openbelief import occupancy
 from openbelief.occupancy import floor_height, from_points
 from openbelief.traversability import FREE, OCCUPIED, UNKNOWN
 
@@ -57,3 +61,11 @@ def test_points_that_cannot_be_one_site_are_refused() -> None:
         from_points(np.concatenate((FLOOR, [[1e5, 0.0, 0.0]])))
     with pytest.raises(ValueError, match="finite"):
         from_points(np.concatenate((FLOOR, [[np.nan, 0.0, 0.0]])))
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 9), st.integers(1, 9), st.floats(0, 1))
+@settings(max_examples=100, deadline=None)
+def test_gaps_are_closed_as_the_textbook_has_it_up_to_the_grids_edge(seed: int, h: int, w: int, share: float) -> None:
+    floor = np.random.default_rng(seed).random((h, w)) < share
+    closed = binary_closing(np.pad(floor, 1), np.ones((3, 3), bool))[1:-1, 1:-1]
+    np.testing.assert_array_equal(occupancy._closed(floor), closed)
