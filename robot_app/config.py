@@ -37,6 +37,7 @@ class ConfigError(ValueError):
     """The configuration is refused: one line that names the file, the key and the remedy."""
 
 
+ON_A_ROBOT = {"standing": "checked", "unlooked": "look again"}  # what a mission did before, only replays may do
 CORRECTION = ("tau_nu", "tau_q", "tau_arr", "k_max")  # what robot.toml may change over a frozen memory
 
 
@@ -68,8 +69,9 @@ class Config(Section):
     def _whole(self) -> Config:
         if self.ports.uses("replay") and self.replay.recording is None:
             raise ValueError('a port says "replay": name the recording with [replay] recording = "walk.mcap"')
-        if self.mission.standing != "checked":
-            raise ValueError('mission.standing is for replaying old trials; on a robot it is "checked"')
+        for name, value in ON_A_ROBOT.items():
+            if getattr(self.mission, name) != value:
+                raise ValueError(f'mission.{name} is for replaying old trials; on a robot it is "{value}"')
         Parameters.from_dict(self.parameters)
         return self
 

@@ -23,6 +23,7 @@ def write(folder: Path, text: str) -> Path:
         ("[mission]\ncamera_max_age_s = inf", "camera_max_age_s"),
         ("[mission]\nmotion = 'always'", "mission.motion"),
         ("[mission]\nstanding = 'inferred'", "mission.standing is for replaying old trials"),
+        ("[mission]\nunlooked = 'fault'", "mission.unlooked is for replaying old trials"),
         ("[ports]\ncamera = 'replay'", "name the recording"),
         ("[zenoh]\ndistribution = 'indigo'", "zenoh.distribution"),
         ("[livox]\nlidar_ip = 'hello'", "livox.lidar_ip: an IPv4 address like"),
