@@ -84,6 +84,17 @@ class MapTable:
                 sums[there] += values.take(self.phrase[entry], axis=0) * self.belief[entry, None]
             yield nodes, sums
 
+    def pieces_of(self, i: int) -> Array:
+        """(k,) ascending nodes that are pieces of one thing with node i, itself among them."""
+        nodes, groups = self._by_group
+        first, last = np.searchsorted(groups, [self.group[i], self.group[i] + 1])
+        return nodes[first:last]
+
+    @cached_property
+    def _by_group(self) -> tuple[Array, Array]:
+        nodes = np.argsort(self.group, kind="stable")
+        return nodes, self.group[nodes]
+
     def phrases_of(self, i: int) -> list[tuple[str, float]]:
         """The phrases of a node with their belief, strongest first."""
         mine = np.flatnonzero(self.row == i)

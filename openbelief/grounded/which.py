@@ -59,7 +59,7 @@ def _things(table: MapTable, score: Array, fits: Array) -> list[Array]:
 
 def _box(table: MapTable, nodes: Array) -> tuple[Array, Array]:
     """Around all pieces of a thing, those that do not fit by themselves too."""
-    pieces = np.flatnonzero(table.group == table.group[nodes[0]])
+    pieces = table.pieces_of(int(nodes[0]))
     return table.low[pieces].min(axis=0), table.high[pieces].max(axis=0)
 
 
