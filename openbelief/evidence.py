@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 
 from openbelief.arrays import Array, read_only
-from openbelief.digest import digest
 from openbelief.embedding import PhraseEmbeddings
-from openbelief.observation import Observation
+from openbelief.observation import Observation, digest
 from openbelief.parameters import Parameters
 from openbelief.rooms import Room
 from openbelief.stored_observations import Key, StoredObservations

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import numbers
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -11,7 +13,6 @@ import cv2
 import numpy as np
 
 from openbelief.arrays import Array, points_array, read_only, unit_vector
-from openbelief.digest import digest
 
 
 class Rle(TypedDict):
@@ -225,3 +226,18 @@ def mask_bbox(pixels: Array) -> tuple[int, int, int, int]:
     y0, y1 = int(rows[0]), int(rows[-1]) + 1
     columns = np.flatnonzero(pixels[y0:y1].any(axis=0))
     return int(columns[0]), y0, int(columns[-1]) + 1, y1
+
+
+def digest(observation: Observation) -> bytes:
+    """32 bytes that name it, over everything it says now. The JPEG crop is an illustration and stays outside."""
+    source, recording = observation.provenance, observation.recording
+    frame, mask, confidence = int(observation.frame), int(observation.mask), float(observation.confidence)
+    said: list[Any] = [recording, frame, mask, observation.phrase, confidence.hex(), observation.n]
+    if source:
+        said += [int(source.stamp_ns), *(int(n) for n in (*source.bbox, *source.rle["size"]))]
+    sha = hashlib.sha256(json.dumps(said).encode())
+    if source:
+        sha.update(np.ascontiguousarray(source.rle["counts"], dtype="<u4").data)
+    sha.update(np.ascontiguousarray(observation.points, dtype="<f4").data)
+    sha.update(np.ascontiguousarray(observation.feature, dtype="<f4").data)
+    return sha.digest()
