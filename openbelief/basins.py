@@ -46,7 +46,7 @@ def _basins(floor: Array, height: Array, peaks: Array) -> Array:
     steeper one is taken, and then the first of the grid.
     """
     cells = np.arange(floor.size).reshape(floor.shape)
-    ways = [np.stack((a[f & g], b[f & g])) for (a, b), (f, g) in zip(_beside(cells), _beside(floor), strict=True)]
+    ways = [np.stack((a[f & g], b[f & g])) for (a, b), (f, g) in zip(beside(cells), beside(floor), strict=True)]
     ends = np.concatenate(ways, axis=1)
     shallow, deep = np.sort(-height.ravel().astype(np.float64)[ends], axis=0)
     ends = ends[:, np.argsort(deep + STEEPER * shallow, kind="stable")]
@@ -77,7 +77,7 @@ def _rooted(ends: Array, is_root: Array) -> Array:
         root = out[root]
 
 
-def _beside(image: Array) -> tuple[tuple[Array, Array], ...]:
+def beside(image: Array) -> tuple[tuple[Array, Array], ...]:
     """An image's pixels, and those below them; and those to the right of them."""
     return (image[:-1], image[1:]), (image[:, :-1], image[:, 1:])
 
@@ -107,7 +107,7 @@ def _joined(basins: Array, distance_m: Array, resolution_m: float) -> Array:
 def _passes(basins: Array, distance_m: Array) -> dict[tuple[int, int], float]:
     """Neighbouring basins (a < b) -> the greatest distance to a wall on their common border."""
     passes: dict[tuple[int, int], float] = {}
-    for (a, b), (up, down) in zip(_beside(basins), _beside(distance_m), strict=True):
+    for (a, b), (up, down) in zip(beside(basins), beside(distance_m), strict=True):
         border = (a != b) & (a > 0) & (b > 0)
         sides = np.sort(np.stack((a[border], b[border])), axis=0)
         for one, other, low in zip(*sides.tolist(), np.minimum(up, down)[border].tolist(), strict=True):

@@ -11,6 +11,7 @@ import numpy as np
 from openbelief.arrays import Array
 from openbelief.floors import Floor, floors_of
 from openbelief.memory import ObjectMemory
+from openbelief.passages import passages
 from openbelief.phrase import printable
 from openbelief.room_names import decided, name_scores, unique_names
 from openbelief.room_regions import room_regions
@@ -36,17 +37,17 @@ def derived_rooms(memory: ObjectMemory, given: Sequence[Room] = ()) -> tuple[Roo
     if not memory.surroundings.views and not memory.surroundings.maps:
         return ()
     floors = floors_of(memory.surroundings, [node.points for node in memory.objects])
-    outlines = [
-        (outline, floor.heights_m if len(floors) > 1 else None)
-        for floor in floors
-        for outline in _outlines(floor, memory)
-    ]
-    nameless = [Room(f"room {i}", outline, False, "", heights) for i, (outline, heights) in enumerate(outlines)]
-    rooms = [room for room in nameless if not _covered(room, given)]
+    found = [(outline, floor) for floor in floors for outline in _outlines(floor, memory)]
+    rooms, passage = [], []
+    for number, ((polygon, is_passage), floor) in enumerate(found):
+        room = Room(f"room {number}", polygon, False, "", floor.heights_m if len(floors) > 1 else None)
+        if not _covered(room, given):
+            rooms.append(room)
+            passage.append(is_passage)
     if not rooms:
         return ()
     scores = name_scores(memory)
-    names = decided([scores.name(ids) for ids in _inside(rooms, memory, given)])
+    names = decided(list(map(scores.name, _inside(rooms, memory, given), passage)))
     words = unique_names(names, [room.name for room in given])
     return tuple(
         Room(word, room.polygon_xy, False, printable(name.because, BECAUSE_MAX), room.heights_m)
@@ -68,14 +69,16 @@ def given_win(given: Sequence[Room], derived: Sequence[Room]) -> tuple[Room, ...
     return tuple(rooms)
 
 
-def _outlines(floor: Floor, memory: ObjectMemory) -> Iterable[Array]:
+def _outlines(floor: Floor, memory: ObjectMemory) -> Iterable[tuple[Array, bool]]:
+    """(n, 2) corners of each room, and whether it is a passage."""
     if floor.grid is None:
         return []
     nodes = [node for node in memory.objects if not node.background and floor.holds(float(node.centroid[2]))]
     points = np.concatenate([np.empty((0, 3), np.float32), *(node.points for node in nodes)])
     height = points[:, 2] - floor.height_m
     regions = room_regions(floor.grid, [points[(height > LOW_M) & (height < HIGH_M)]])
-    return [regions.polygon(label, floor.grid) for label in range(1, regions.count + 1)]
+    passage = passages(regions.labels, regions.count, floor.grid.resolution_m).tolist()
+    return [(regions.polygon(number + 1, floor.grid), passage[number]) for number in range(regions.count)]
 
 
 def _inside(rooms: Sequence[Room], memory: ObjectMemory, given: Sequence[Room]) -> list[list[int]]:

@@ -1,4 +1,4 @@
-"""What a room is, by what stands in it: the readout's scores of its objects for the names that rooms have."""
+"""What a room is, by what stands in it: how much each thing tells of one kind of room against all the others."""
 
 from __future__ import annotations
 
@@ -9,31 +9,24 @@ from dataclasses import dataclass
 import numpy as np
 
 from openbelief.arrays import Array
+from openbelief.grounded.place_hints import HINTS
 from openbelief.memory import ObjectMemory
 
-NAMES = (
-    *("kitchen", "bathroom", "bedroom", "living room", "office", "hallway", "dining room", "kids room"),
-    *("laundry room", "study", "garage", "balcony", "storage room", "entrance"),
-)
-# What stands in homes and offices: how far a name is from these says how far it is from things in general, on a site of
-# one room too.
-THINGS = (
-    *("chair", "table", "sofa", "bed", "lamp", "shelf", "cabinet", "wardrobe", "desk", "computer", "monitor"),
-    *("printer", "keyboard", "book", "television", "rug", "curtain", "pillow", "mirror", "clock", "picture"),
-    *("plant", "vase", "box", "bag", "basket", "bucket", "broom", "bottle", "cup", "plate", "bowl", "knife"),
-    *("pan", "kettle", "toaster", "oven", "microwave", "refrigerator", "dishwasher", "sink", "tap", "toilet"),
-    *("bathtub", "shower", "towel", "soap", "iron", "toothbrush", "washing machine", "ladder", "bicycle"),
-    *("car", "tool", "toy", "ball", "doll", "guitar", "piano", "shoe", "coat", "umbrella", "suitcase", "door"),
-    *("phone", "radiator", "fan"),
-)
-WITNESSES = 3  # objects that support a name
-NAMED_FROM = 2.0  # standard deviations over THINGS, the witnesses' mean
-AHEAD = 0.1  # of the next name; nearer than that the objects speak for both
+NAMES = tuple(HINTS)
+# A thing is as like a kind of room as it is like the most typical thing there, and half as much like the name itself.
+NAME_SHARE = 0.5
+TEMPERATURE = 0.2  # of the likenesses: a chair, which is alike to things of many rooms, tells of none of them
+DOUBT = 0.1  # a thing may be anything, or stand anywhere: one cannot outvote all the others
+ALIKE = 0.7  # cosine: so like each other, things are of one kind and count once together
+PASSAGE = {"hallway": 4.0, "entrance": 3.0}  # what a long and narrow room beside several others tells, as things do
+AHEAD = 0.75  # of the next name; nearer than that the things speak for both, or for nothing
+WITNESSES = 3  # kinds of things that are said to support a name
 
 
 @dataclass(frozen=True)
 class RoomName:
-    """name: None where the objects speak for none. because: a sentence for people.
+    """name: None where the objects speak for none. score: log-evidence for it, against chance. because: a sentence for
+    people.
 
     either: the two names, and by what, where they speak for both alike.
     """
@@ -47,33 +40,39 @@ class RoomName:
 
 @dataclass(frozen=True)
 class NameScores:
-    """standard: (objects, names) H_i^con of every object for every name, in standard deviations over THINGS; NaN for
-    walls, floors and what was never named."""
+    """telling: (objects, names) log of how much likelier than chance each name is by each object alone. vectors:
+    (objects, d) their consensus. speaking: (objects,) bool, False for walls, floors and what was never named."""
 
-    standard: Array
+    telling: Array
+    vectors: Array
+    speaking: Array
     labels: tuple[str, ...]
 
-    def name(self, objects: Sequence[int]) -> RoomName:
-        """The name that the three best objects support most."""
-        scores = self.standard[list(objects)] if len(objects) else np.empty((0, len(NAMES)))
-        speaking = ~np.isnan(scores[:, 0])
-        spoken, ids = scores[speaking], np.array(objects, dtype=np.int64)[speaking]
-        if not len(spoken):
+    def name(self, objects: Sequence[int], passage: bool = False) -> RoomName:
+        """The name that the kinds of things among the objects, and the room's shape, support most."""
+        ids = np.array([i for i in objects if self.speaking[i]], dtype=np.int64)
+        if not len(ids) and not passage:
             return RoomName(None, 0.0, "no named object stands in it")
-        kinds = {label: [k for k, i in enumerate(ids) if self.labels[i] == label] for label in _labels(self, ids)}
-        by_kind = np.array([spoken[rows].max(axis=0) for rows in kinds.values()])  # three doors count once
-        best = -np.sort(-np.vstack((by_kind, np.zeros((WITNESSES, len(NAMES))))), axis=0)[:WITNESSES].mean(axis=0)
-        first, second = np.argsort(-best, kind="stable")[:2]
-        said = ", ".join(list(kinds)[k] for k in np.argsort(-by_kind[:, first], kind="stable")[:WITNESSES])
-        score = float(best[first])
-        if score >= NAMED_FROM and score - best[second] < AHEAD:
-            both = f"{NAMES[first]} ({score:.1f}) or {NAMES[second]} ({best[second]:.1f})"
-            either = NAMES[first], NAMES[second]
-            return RoomName(None, score, f"no name is ahead: {both}, by {said}", either, said)
-        if score < NAMED_FROM:
-            return RoomName(None, score, f"no name fits well: {NAMES[first]} best ({score:.1f}), by {said}")
-        words = f"{said} speak for {NAMES[first]} ({score:.1f}); next is {NAMES[second]} ({best[second]:.1f})"
-        return RoomName(NAMES[first], score, words)
+        alike = self.vectors[ids] @ self.vectors[ids].T >= ALIKE
+        votes = self.telling[ids] / np.maximum(alike.sum(axis=1), 1)[:, None]
+        scores = votes.sum(axis=0) + np.array([PASSAGE.get(name, 0.0) * passage for name in NAMES])
+        first, second = np.argsort(-scores, kind="stable")[:2].tolist()
+        said = self._witnesses(ids, votes[:, first], passage and NAMES[first] in PASSAGE)
+        return _named(NAMES[first], NAMES[second], float(scores[first]), float(scores[second]), said)
+
+    def _witnesses(self, ids: Array, votes: Array, passage: bool) -> str:
+        """The labels that speak most for a name, and the shape where that does."""
+        order = np.argsort(-votes, kind="stable")
+        labels = list(dict.fromkeys(self.labels[ids[k]] for k in order if votes[k] > 0))
+        return ", ".join(["its long and narrow shape"] * passage + labels[:WITNESSES]) or "nothing"
+
+
+def _named(first: str, second: str, score: float, next_score: float, said: str) -> RoomName:
+    if score - next_score >= AHEAD:
+        words = f"{said} speak for {first} ({score:.1f}); next is {second} ({next_score:.1f})"
+        return RoomName(first, score, words)
+    both = f"{first} ({score:.1f}) or {second} ({next_score:.1f})"
+    return RoomName(None, score, f"no name is ahead: {both}, by {said}", (first, second), said)
 
 
 def decided(names: Sequence[RoomName]) -> list[RoomName]:
@@ -95,24 +94,25 @@ def _decided(room: RoomName, held: Mapping[str, float]) -> RoomName:
     return RoomName(name, room.score, f"{words}; another room is more {taken[0]} ({held[taken[0]]:.1f})")
 
 
-def _labels(scores: NameScores, ids: Array) -> list[str]:
-    return sorted({scores.labels[i] for i in ids})
-
-
 def name_scores(memory: ObjectMemory) -> NameScores:
-    """Asks the memory for every name. Raises ValueError where it was opened without its text encoder."""
+    """Asks the memory for typical things of every kind of room. Raises ValueError without its text encoder."""
     if memory.text_encoder is None:
         raise ValueError("Rooms are named in the words of the memory's text encoder: open it with that.")
-    scores = np.full((len(memory.objects), len(NAMES)), np.nan)
-    names = np.asarray(memory.text_encoder.encode(list(NAMES)), np.float64)
-    things = np.asarray(memory.text_encoder.encode(list(THINGS)), np.float64) @ names.T
-    for column, vector in enumerate(names):
-        for candidate in memory.rank(vector, "consensus"):
-            scores[candidate.object_id, column] = np.nan if candidate.language is None else candidate.language
-    scores[[node.background for node in memory.objects]] = np.nan
-    labels = tuple(node.label or "" for node in memory.objects)
-    spread = things.std(axis=0)
-    return NameScores((scores - things.mean(axis=0)) / np.where(spread > 0, spread, 1.0), labels)
+    words = list(dict.fromkeys([*NAMES, *(thing for things in HINTS.values() for thing in things)]))
+    text = dict(zip(words, np.asarray(memory.text_encoder.encode(words), np.float64), strict=True))
+    vectors = np.asarray(memory.table.consensus, np.float64)
+    likeness = np.stack([_likeness(vectors, text, name) for name in NAMES], axis=1) / TEMPERATURE
+    share = np.exp(likeness - likeness.max(axis=1, keepdims=True))
+    share /= share.sum(axis=1, keepdims=True)
+    telling = np.log((1.0 - DOUBT) * share * len(NAMES) + DOUBT)
+    speaking = np.asarray(memory.table.spoken & ~memory.table.background)
+    return NameScores(telling, vectors, speaking, tuple(node.label or "" for node in memory.objects))
+
+
+def _likeness(vectors: Array, text: Mapping[str, Array], name: str) -> Array:
+    """(objects,) of their consensus to a kind of room."""
+    typical = np.stack([text[thing] for thing in HINTS[name]])
+    return (vectors @ typical.T).max(axis=1) + NAME_SHARE * (vectors @ text[name])
 
 
 def unique_names(names: Sequence[RoomName], taken: Sequence[str] = ()) -> list[str]:

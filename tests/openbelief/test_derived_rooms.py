@@ -118,12 +118,12 @@ def test_two_bedrooms_are_told_apart():
 
 def test_of_two_names_alike_a_room_takes_the_one_that_no_other_room_has_better_evidence_for():
     alike = RoomName(None, 2.3, "no name is ahead", ("bedroom", "living room"), "sofa")
-    bedroom, shed = RoomName("bedroom", 2.9, "a bed"), RoomName(None, 0.0, "")
+    bedroom, shed = RoomName("bedroom", 3.9, "a bed"), RoomName(None, 0.0, "")
     first, second, third = decided([alike, bedroom, shed])
     assert first.name == "living room" and (second, third) == (bedroom, shed)
-    assert "alike (2.3)" in first.because and "another room is more bedroom (2.9)" in first.because
-    assert decided([alike, RoomName("bedroom", 2.35, "")])[0] == alike  # hardly more than this one
-    assert decided([alike, bedroom, RoomName("living room", 2.9, "")])[0] == alike
+    assert "alike (2.3)" in first.because and "another room is more bedroom (3.9)" in first.because
+    assert decided([alike, RoomName("bedroom", 2.5, "")])[0] == alike  # hardly more than this one
+    assert decided([alike, bedroom, RoomName("living room", 3.9, "")])[0] == alike
     assert decided([alike]) == [alike]
 
 
