@@ -10,6 +10,7 @@ import numpy as np
 
 from openbelief.evaluation.truth import TrueObject
 from openbelief.memory import ObjectMemory
+from openbelief.request.places import kind_of_place
 from openbelief.rooms import Room, room_at
 
 
@@ -19,7 +20,8 @@ def evaluate_rooms(memory: ObjectMemory, rooms: Sequence[Room], objects: Mapping
     rooms: the true ones. The room of an object is that of the true object whose box holds its centroid, else that of
     the centroid itself; one that stands in none is not counted. A found room stands for the true one
     that it shares most objects with, each for one only, so a room found in two parts or two found as one cost their
-    smaller part.
+    smaller part. named: of the derived rooms that stand for a true one, how many are called by a name of its kind, by
+    another, or only numbered.
     """
     nodes = [node for node in memory.objects if not node.background]
     true = {node.id: _true_room(node.centroid, rooms, objects.values()) for node in nodes}
@@ -33,12 +35,28 @@ def evaluate_rooms(memory: ObjectMemory, rooms: Sequence[Room], objects: Mapping
         "rooms_found": len(memory.rooms),
         "given": sum(room.given for room in memory.rooms),
         "matched": dict(sorted(matched.items())),
+        "named": _named(memory.rooms, matched),
         "wrong": [
             {"object": node.id, "label": node.label, "room": node.room, "true": true[node.id]}
             for node in counted
             if node.id not in set(right)
         ],
     }
+
+
+def _named(rooms: Sequence[Room], matched: Mapping[str | None, str | None]) -> dict[str, int]:
+    """A corridor may be called a hallway, and a bedroom "bedroom 2"."""
+    said = Counter(
+        _how_named(room.name, matched[room.name]) for room in rooms if not room.given and room.name in matched
+    )
+    return {how: said[how] for how in ("right", "wrong", "numbered")}
+
+
+def _how_named(name: str, true: str | None) -> str:
+    name = name.rstrip(" 0123456789")
+    if name == "room":
+        return "numbered"
+    return "right" if name == true or kind_of_place(name) == kind_of_place(true or "") is not None else "wrong"
 
 
 def _true_room(centroid: Any, rooms: Sequence[Room], objects: Iterable[TrueObject]) -> str | None:

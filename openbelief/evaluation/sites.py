@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from openbelief.derived_rooms import with_derived_rooms
 from openbelief.evaluation.retrieval import evaluate
+from openbelief.evaluation.rooms import evaluate_rooms
 from openbelief.evaluation.statistics import wilson
 from openbelief.evaluation.truth import Truth
 from openbelief.memory import ObjectMemory
@@ -25,8 +27,13 @@ COLUMNS: dict[str, tuple[str, str, bool, str]] = {
 }
 
 
+# And how its rooms are found on its map, where none is given: which things are in the right one, which names are right.
+ROOM_COLUMNS = ("in_right_room", "rooms_named")
+
+
 def evaluate_site(memory: ObjectMemory, rooms: Sequence[Room], truth: Truth, relations: Truth) -> dict[str, Any]:
-    """memory: without rooms. By column {"right", "of"}; by_kind: SR@1m of grounded without rooms; misses likewise."""
+    """memory: without rooms, with a map. By column {"right", "of"}; by_kind: SR@1m of grounded without rooms; misses
+    likewise."""
     runs: dict[tuple[str, str, bool], dict[str, Any]] = {}
     for questions, readout, with_rooms, _ in COLUMNS.values():
         key = (questions, readout, with_rooms)
@@ -38,14 +45,22 @@ def evaluate_site(memory: ObjectMemory, rooms: Sequence[Room], truth: Truth, rel
     kinds = {kind: _count(rates, "sr_at_1m") for kind, rates in plain["by_kind"].items()}
     missed = [*plain["misses"], *runs["relations", "grounded", False]["misses"]]
     misses = [{"query": miss["query"], "kind": miss["kind"], "instead": _first(miss)} for miss in missed]
+    counts |= _rooms_found(memory, rooms, truth)
     return {"objects": len(truth.objects), "nodes": len(memory.objects), **counts, "by_kind": kinds, "misses": misses}
+
+
+def _rooms_found(memory: ObjectMemory, rooms: Sequence[Room], truth: Truth) -> dict[str, dict[str, int]]:
+    found = evaluate_rooms(with_derived_rooms(memory), rooms, truth.objects)
+    right = found["objects"] - len(found["wrong"])
+    counts = {"right": right, "of": found["objects"]}, {"right": found["named"]["right"], "of": found["rooms"]}
+    return dict(zip(ROOM_COLUMNS, counts, strict=True))
 
 
 def summed(sites: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """Over all sites, by column: right, of, rate and its 95 % Wilson interval; the same by kind of query."""
     kinds = sorted({kind for site in sites for kind in site["by_kind"]})
     by_kind = {kind: _rate([s["by_kind"][kind] for s in sites if kind in s["by_kind"]]) for kind in kinds}
-    return {**{name: _rate([site[name] for site in sites]) for name in COLUMNS}, "by_kind": by_kind}
+    return {**{name: _rate([site[name] for site in sites]) for name in (*COLUMNS, *ROOM_COLUMNS)}, "by_kind": by_kind}
 
 
 def _rate(counts: Sequence[dict[str, int]]) -> dict[str, Any]:

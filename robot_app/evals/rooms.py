@@ -39,6 +39,8 @@ def _show(result: dict[str, Any]) -> None:
 
     found = f"{result['rooms_found']} rooms ({result['given']} of them given) for {result['rooms']} true ones"
     print(f"{result['right']:.1%} of {result['objects']} objects are in the right room; {found}")
+    if any(result["named"].values()):
+        print("derived rooms' names: " + ", ".join(f"{count} {how}" for how, count in result["named"].items()))
     for name, true in result["matched"].items():
         print(f"  {cell(name)} is {cell(true)}")
     for wrong in result["wrong"]:

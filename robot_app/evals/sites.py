@@ -29,6 +29,7 @@ HEADS = {
     "relations_consensus": "relations, consensus",
     "relations": "relations",
 }
+ROOM_HEADS = {"in_right_room": "things in the right room", "rooms_named": "rooms named right"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -64,7 +65,9 @@ def _keep(site: Site, folder: Path) -> None:
 
 
 def _told(scores: dict[str, Any]) -> str:
-    return ", ".join(f"{head} {scores[name]['right']}/{scores[name]['of']}" for name, head in HEADS.items())
+    return ", ".join(
+        f"{head} {scores[name]['right']}/{scores[name]['of']}" for name, head in (HEADS | ROOM_HEADS).items()
+    )
 
 
 def _show(result: dict[str, Any]) -> None:
@@ -83,3 +86,5 @@ def _show(result: dict[str, Any]) -> None:
     show(table)
     kinds = result["all"]["by_kind"].items()
     print("grounded by kind: " + ", ".join(f"{kind} {r['right']}/{r['of']}" for kind, r in kinds))
+    found = (f"{head} {result['all'][n]['right']}/{result['all'][n]['of']}" for n, head in ROOM_HEADS.items())
+    print("derived from their maps: " + ", ".join(found))

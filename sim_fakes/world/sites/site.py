@@ -11,14 +11,16 @@ from openbelief.memory import ObjectMemory
 from openbelief.parameters import Parameters
 from openbelief.perception.ports import TextEncoder
 from openbelief.rooms import Room, rooms_of
+from openbelief.surroundings import StoreyMap, Surroundings
 from sim_fakes.world.sites.layout import furnished
+from sim_fakes.world.sites.plan import site_map
 from sim_fakes.world.sites.questions import Questions, unsaid_names
 from sim_fakes.world.sites.views import Views
 
 
 @dataclass(frozen=True)
 class Site:
-    """memory: without rooms. rooms: the true ones. truth, relations: documents of `openbelief.truth/1`."""
+    """memory: without rooms, with a map. rooms: the true ones. truth, relations: documents of `openbelief.truth/1`."""
 
     seed: int
     memory: ObjectMemory
@@ -39,10 +41,11 @@ def make_site(seed: int, encoder: TextEncoder) -> Site:
     shared = {"format": "openbelief.truth/1", "frame": "map", "objects": [p.as_json() for p in placed]}
     room_rows = [room.as_json() for room in rooms]
     truth = {"name": f"site {seed}", **shared, "rooms": room_rows, "mask_origin": origin}
+    around = Surroundings(maps=(StoreyMap("site", site_map(rooms, placed)),))
     truth["queries"] = questions.queries()
     return Site(
         seed,
-        ObjectMemory.build(evidence, encoder, Parameters()),
+        ObjectMemory.build(evidence, encoder, Parameters(), surroundings=around),
         tuple(rooms_of(room_rows)),
         truth | {"absent_nouns": questions.absent()},
         {"name": f"site {seed}, relations", **shared, "queries": questions.relations()},

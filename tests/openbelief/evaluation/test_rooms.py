@@ -37,3 +37,16 @@ def test_what_lies_in_a_true_object_is_in_that_objects_room(flat, tiny_encoder):
 def test_a_memory_of_another_site_counts_nothing(flat, tiny_encoder):
     memory = ObjectMemory.build(flat, tiny_encoder)
     assert evaluate_rooms(memory, [box("far", 90, 99)], {})["right"] is None
+
+
+def test_a_derived_name_is_right_where_people_mean_the_same_by_it(flat, tiny_encoder):
+    memory = ObjectMemory.build(flat, tiny_encoder)
+    true = [box("corridor", -1, 3), box("kids room", 3, 7)]
+
+    def named(one, other, given=False):
+        rooms = [Room(name, at.polygon_xy, given) for name, at in zip((one, other), true, strict=True)]
+        return evaluate_rooms(memory.with_rooms(rooms), true, {})["named"]
+
+    assert named("hallway 2", "kids room") == {"right": 2, "wrong": 0, "numbered": 0}
+    assert named("entrance", "room 1") == {"right": 0, "wrong": 1, "numbered": 1}
+    assert named("hallway", "kids room", given=True) == {"right": 0, "wrong": 0, "numbered": 0}

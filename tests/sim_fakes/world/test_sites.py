@@ -11,8 +11,11 @@ import pytest
 
 from openbelief.evaluation.truth import truth_of
 from openbelief.perception.sentence import SentenceEncoder
+from openbelief.room_regions import room_regions
+from openbelief.traversability import OCCUPIED, reach
 from sim_fakes.world.sites.catalogue import ROOMS, marks, things
 from sim_fakes.world.sites.layout import COLOURS, furnished
+from sim_fakes.world.sites.plan import site_map
 from sim_fakes.world.sites.questions import COUNTS, Questions, unsaid_names
 from sim_fakes.world.sites.site import Site, make_site
 
@@ -64,6 +67,17 @@ def test_the_name_that_only_an_operator_uses_is_never_said(site):
         if true_id is not None and (name := unsaid.get(of_label[true_id])):
             assert o.phrase not in {name, *(f"{colour} {name}" for colour in COLOURS)}
     assert unsaid
+
+
+def test_its_map_shows_walls_with_a_door_to_every_room():
+    rooms, placed = furnished(3)
+    bare, grid = site_map(rooms, []), site_map(rooms, placed)
+    assert room_regions(bare, []).count == len(rooms)
+    way = reach(bare, np.array([rooms[-1].x0 + 0.5, (rooms[-1].y0 + rooms[-1].y1) / 2]))
+    for room in rooms:
+        middle = np.array([(room.x0 + room.x1) / 2, (room.y0 + room.y1) / 2])
+        assert np.isfinite(way.distance_m[tuple(bare.cell(middle))])
+    assert all(grid.at(p.aabb.mean(axis=0)[:2]) == OCCUPIED for p in placed if p.on is None)
 
 
 def test_what_is_called_absent_is_called_nothing_here():
