@@ -33,9 +33,9 @@ def backproject(
     at = np.flatnonzero(measured)
     points_camera = np.empty((3, len(at)))
     z = points_camera[2]
-    z[:] = depth_m.ravel()[at]
+    z[:] = depth_m.ravel().take(at)
     for axis, rays in zip(points_camera, ray_table(frame.intrinsics), strict=False):
-        np.multiply(rays[box].ravel()[at], z, out=axis)
+        np.multiply(rays[box].ravel().take(at), z, out=axis)
     T = frame.T_map_camera
     points = T[:3, :3] @ points_camera
     points += T[:3, 3:]
