@@ -53,9 +53,11 @@ def test_a_ranking_from_matrices_is_the_one_of_float64_object_by_object(capsys: 
         ("belief", True),
         ("grounded", True),
         ("grounded", None),
+        ("grounded", None),
     ]
     assert all(row["reads"] > 0 and row["ratio"] > 0 for row in rows[:4])
     assert all(row["first_cpu_s"] > 0 for row in rows[3:]) and "next to" in rows[4]["sentence"]
+    assert "nearest" in rows[5]["sentence"]
 
 
 @pytest.mark.parametrize(
