@@ -141,5 +141,6 @@ def _untold(reading: Reading, best: int) -> list[str]:
 
 
 def _nearest(reading: Reading, ids: Array) -> tuple[int, ...]:
-    """Of (k,) ascending ids those whose words fit best, ties by lowest id."""
-    return tuple(ids[highest(reading.head[ids], OFFERS)].tolist())
+    """Of (k,) ascending ids those whose words fit best, or all else where any thing would do; ties by lowest id."""
+    fit = reading.score if reading.request.generic else reading.head
+    return tuple(ids[highest(fit[ids], OFFERS)].tolist())

@@ -42,6 +42,11 @@ def test_a_thing_that_stands_elsewhere_is_not_found_in_the_room_that_was_asked_f
     assert answer.offers[0] == 0  # the toaster, in the kitchen
 
 
+def test_where_any_thing_would_do_those_of_the_room_are_offered(memory):
+    answer = memory.with_rooms([KITCHEN, OFFICE]).answer("something purple in the office")
+    assert answer.answer == "unsure" and set(answer.offers) == {2, 3, 4}
+
+
 def test_a_room_that_does_not_exist_is_said_and_makes_it_unsure(memory):
     answer = memory.with_rooms([KITCHEN, OFFICE]).answer("the toaster in the attic")
     assert answer.answer == "unsure" and answer.understood["unused"] == ["attic"]
