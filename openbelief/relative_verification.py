@@ -173,7 +173,7 @@ def contradicts(naming: Naming, levels: DoubtLevels) -> bool:
 def confirms(relative: RelativeCheck, levels: DoubtLevels, *, first: bool) -> bool:
     """Whether the candidate, with what was seen there, is still the answer."""
     likely = relative.likeness >= level_of(relative, levels, first=first)
-    return likely and relative.lead > 0 and not contradicts(relative.naming, levels)
+    return likely and relative.lead > 0 and not relative.denial and not contradicts(relative.naming, levels)
 
 
 def in_doubt(relative: RelativeCheck, levels: DoubtLevels) -> bool:
@@ -209,7 +209,9 @@ def _decide(
     if confirms(relative, levels, first=first):
         overlap = max(one.overlap or 0.0 for one in here)
         return Verdict.CONFIRMED, f"{like}, at the stored place: overlap {overlap:.0%}."
-    if relative.likeness >= level and not contradicts(relative.naming, levels):
+    if relative.denial:
+        like = f"{like}, but it was {relative.denial}"
+    elif relative.likeness >= level and not contradicts(relative.naming, levels):
         like = f"{like}, but with what is seen here {_rival(relative, wanted)} fits {wanted.target!r} better"
     elif relative.likeness < level:
         like = f"{like}: with that the place is {relative.likeness:.2f} like it, needs {level:.2f}"

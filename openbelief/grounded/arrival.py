@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from openbelief.arrays import Array, normalize
+from openbelief.grounded.attribute_evidence import AttributeEvidence
 from openbelief.grounded.colours import colours_of, without_colour
 from openbelief.grounded.entries import Entries, beliefs
 from openbelief.grounded.lexicon import is_known
@@ -57,13 +58,15 @@ class RelativeCheck:
     """likeness: the candidate's H with what was seen. lead: its score with that, less the best of the rest of the map.
 
     rival: the object that is the best of the rest, None where nothing is left. naming: of the mask, of all looks, that
-    is most like the words.
+    is most like the words. denial: what the candidate was called, with what was seen, against an asked colour, size or
+    material; "" where that is in no doubt.
     """
 
     likeness: float
     lead: float
     rival: int | None
     naming: Naming
+    denial: str = ""
 
 
 def relative_check(
@@ -85,12 +88,20 @@ def relative_check(
         raise ValueError("Nothing was seen at the place: there is nothing to add.")
     naming = max((naming for naming, _ in own), key=lambda one: one.contrast)
     rival = _best_other(table, reading, candidate, excluded)
+    one = _copy_of(table, asked, candidate, [mask for _, mask in own], options)
     head, thing = SURE, float(reading.thing[candidate])
     if not reading.request.generic:
-        one = _copy_of(table, asked, candidate, [mask for _, mask in own], options)
         head, thing = thing_of_one(table, one, target, asked, options)
     score = _without(reading, candidate) - float(reading.thing[candidate]) + thing
-    return RelativeCheck(head, score - (-np.inf if rival is None else _without(reading, rival)), rival, naming)
+    lead = score - (-np.inf if rival is None else _without(reading, rival))
+    return RelativeCheck(head, lead, rival, naming, _denial(one, target, options))
+
+
+def _denial(one: MapTable, target: str, options: GroundedOptions) -> str:
+    """By the measure of the doubt before the drive, of a table of one node."""
+    attributes = AttributeEvidence.of(one, target)
+    at = options.contradicted_at
+    return attributes.denial(0) if at is not None and attributes.contradicted[0] > at else ""
 
 
 def _without(reading: Reading, i: int) -> float:

@@ -70,8 +70,8 @@ class AttributeEvidence:
         """Those that no phrase of node i says."""
         return [each for each in self._best(i) if each.agreed[i] <= 0]
 
-    def because(self, i: int) -> str:
-        """ "what fits best was called gray and white, never red"."""
+    def denial(self, i: int) -> str:
+        """ "called gray and white, never red"."""
         attribute = max(self._best(i), key=lambda each: each.contradicted[i])
         said = Counter[str]()
         for entry in np.flatnonzero(self.table.row == i):
@@ -80,7 +80,7 @@ class AttributeEvidence:
                 said.update(dict.fromkeys(sorted(words), float(self.table.support[entry])))
         called = " and ".join(word for word, _ in said.most_common(SAID_MAX))
         seldom = "hardly ever" if attribute.agreed[i] > 0 else "never"
-        return f"what fits best was called {called}, {seldom} {attribute.asked}"
+        return f"called {called}, {seldom} {attribute.asked}"
 
     def _best(self, i: int) -> Sequence[AskedAttribute]:
         return min(self.alternatives, key=lambda one: max((each.contradicted[i] for each in one), default=0.0))

@@ -50,6 +50,6 @@ def _denied(reading: Reading, best: int) -> Iterable[tuple[Verdict, str]]:
     if at is None:
         return
     if reading.contradicted[best] > at:
-        yield "unsure", reading.attributes.because(best)
+        yield "unsure", f"what fits best was {reading.attributes.denial(best)}"
     elif reading.request.generic and (unconfirmed := reading.attributes.unconfirmed(best)):
         yield "unsure", f"what fits best was never called {' and '.join(each.asked for each in unconfirmed)}"

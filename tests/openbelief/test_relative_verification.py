@@ -7,6 +7,7 @@ import pytest
 
 from openbelief import ObjectMemory, Observation, Parameters
 from openbelief.arrays import normalize
+from openbelief.grounded.options import GroundedOptions
 from openbelief.observation import Intrinsics, Mask, RgbdFrame
 from openbelief.perception.sentence import SentenceEncoder
 from openbelief.phrase import with_article
@@ -115,3 +116,38 @@ def test_features_that_say_nothing_of_words_are_left_out_and_unlike_ones_refused
 )
 def test_a_thing_is_said_with_its_article(phrase, said):
     assert with_article(phrase) == said
+
+
+def test_a_colour_that_the_map_and_the_look_deny_is_not_confirmed(memory_of_chairs):
+    again = check(memory_of_chairs, [mask("white chair")], sentence="red chair")
+    assert again.checks.verdict is Verdict.DOUBTFUL
+    assert "but it was called white, never red" in again.checks.reason
+    last = check(memory_of_chairs, [mask("white chair")], again.seen, sentence="red chair")
+    assert last.checks.verdict is Verdict.NO_MATCHING_MASK and "never red" in last.checks.reason
+
+
+@pytest.mark.parametrize(
+    ("sentence", "seen"), [("red chair", "red chair"), ("white chair", "chair"), ("chair", "chair")]
+)
+def test_a_colour_that_is_seen_from_near_or_not_asked_for_is_no_denial(memory_of_chairs, sentence, seen):
+    assert check(memory_of_chairs, [mask(seen)], sentence=sentence).checks.verdict is Verdict.CONFIRMED
+
+
+def test_a_trial_of_before_did_not_heed_a_denied_colour(memory_of_chairs):
+    asked, options = memory_of_chairs.asked("red chair"), GroundedOptions(contradicted_at=None)
+    reader = memory_of_chairs.reader(options)
+    wanted, points = Wanted(reader, reader.read(asked), asked, 0), memory_of_chairs.objects[0].points
+    found = verify_relative(points, frame(), [mask("white chair")], wanted, memory_of_chairs.parameters)
+    assert "never red" not in found.checks.reason
+
+
+@pytest.fixture
+def memory_of_chairs() -> ObjectMemory:
+    """Object 0 stands in view; three looks called it white, and one said no colour."""
+    said = [["white chair", "white chair", "white chair", "chair"], ["bookshelf"] * 4, ["floor lamp"] * 4]
+    views = [
+        Observation(10 * k + look, 0, phrase, 0.9, plane(4.0 * k), feature(phrase))
+        for k, phrases in enumerate(said)
+        for look, phrase in enumerate(phrases)
+    ]
+    return ObjectMemory.build(views, ENCODER, Parameters())
