@@ -21,6 +21,7 @@ SPEECH = Path(__file__).parents[1] / "robot_app" / "voice" / "speech"
 HUMAN = Path("/usr/share/pocketsphinx/test/data")
 SEVEN_OF_CLUBS = HUMAN / "cards" / "003.wav"
 FORWARD = "Go forward ten meters."
+TIMES = 3  # that somebody says a thing until it is heard
 needs_humans = pytest.mark.skipif(not HUMAN.exists(), reason="people's voices: apt-get install pocketsphinx-testdata")
 
 
@@ -43,6 +44,7 @@ def mine(talking: Tab) -> Iterator[Tab]:
     if not talking.state()["you"]["epoch"]:
         talking.take()
     talking.page.evaluate("window.sounds.length = 0")
+    talking.page.locator("#ask-words").fill("")
     yield talking
     finish(talking)
 
@@ -70,6 +72,16 @@ def letters(words: str) -> str:
     return "".join(words_of(words))
 
 
+def said_until_heard(tab: Tab, microphone: Microphone, sound: Path, words: str) -> str:
+    """Said again where it was heard otherwise, as a person would: a busy machine may lose a piece of the sound."""
+    for _ in range(TIMES):
+        say(tab, microphone, sound)
+        if letters(transcript := heard(tab)) == letters(words):
+            return transcript
+        tab.page.locator("#ask-words").fill("")
+    raise AssertionError(f"{words!r} was heard as {transcript!r}")
+
+
 def newest_trial(site: Site) -> TrialReader:
     return TrialReader(max(site.folder.glob("trial_*.mcap"), key=lambda path: path.stat().st_mtime))
 
@@ -92,9 +104,8 @@ def confirmed(tab: Tab, most: int = 3) -> None:
 
 
 def test_what_is_said_at_the_page_is_asked_approved_and_confirmed_and_the_robot_speaks_back(mine, microphone, site):
-    say(mine, microphone, SPEECH / "take_me_to_the_fire_extinguisher.wav")
-    transcript = heard(mine)
-    assert letters(transcript) == letters("take me to the fire extinguisher")
+    spoken = SPEECH / "take_me_to_the_fire_extinguisher.wav"
+    transcript = said_until_heard(mine, microphone, spoken, "take me to the fire extinguisher")
     assert mine.words("ask-answer").startswith("Heard with confidence")
     mine.page.keyboard.press("Enter")
     confirmed(mine)
@@ -113,9 +124,7 @@ def test_what_is_said_at_the_page_is_asked_approved_and_confirmed_and_the_robot_
 
 @needs_humans
 def test_what_a_person_says_is_asked_approved_and_confirmed(mine, microphone, site):
-    say(mine, microphone, SEVEN_OF_CLUBS)
-    transcript = heard(mine)
-    assert letters(transcript) == letters("seven of clubs")
+    transcript = said_until_heard(mine, microphone, SEVEN_OF_CLUBS, "seven of clubs")
     mine.page.keyboard.press("Enter")
     confirmed(mine)
     until(lambda: newest_trial(site).query.sentence == transcript, "the trial is written")

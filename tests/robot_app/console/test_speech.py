@@ -40,6 +40,7 @@ def test_what_is_no_news_any_more_is_not_given_and_a_stop_is_alone(console):
 
 def test_while_an_operators_page_listens_every_page_is_silent(console, page):
     console.operator.tell("One.")
+    until(lambda: page.next_state()["speech"]["said"], "the page knows it")
     with console.visitor().socket("/ws/voice") as socket:
         socket.send(bytes(3200))
         until(lambda: page.next_state()["speech"]["said"] == [], "silence")
