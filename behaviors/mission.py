@@ -215,15 +215,14 @@ class Mission:
         """Acquire an arrival observation and evaluate candidate i with the three ordered checks."""
         query.arrivals += 1
         frame = arrival_frame(query.arrivals, last.stood_ns, self._ports, self._policy)
+        after = frame.stamp_ns + 1  # another look, even from here, is another frame
         try:
             masks = self._ports.perception.perceive(frame)
-        except FrameUnseen as unseen:
-            if self._policy.unlooked == "fault":
+        except (FrameUnseen, Interrupted) as nothing:  # a STOP itself is asked for after every state
+            if isinstance(nothing, FrameUnseen) and self._policy.unlooked == "fault":
                 raise
             query.current.unlooked += 1
-            return Step(Event.UNLOOKED, str(unseen), stood_ns=frame.stamp_ns + 1)
-        except Interrupted as interrupted:  # the STOP itself is asked for after every state
-            return Step(Event.UNLOOKED, str(interrupted), stood_ns=frame.stamp_ns + 1)
+            return Step(Event.UNLOOKED, str(nothing), stood_ns=after)
         node = query.current.node
         checks, relative = checks_of(
             frame,
@@ -238,7 +237,6 @@ class Mission:
         self._journal.write(checks_record(node.id, frame.stamp_ns, checks, relative))
         if checks.verdict is Verdict.CONFIRMED:
             query.confirmed = node.id
-        after = frame.stamp_ns + 1  # another look, even from here, is another frame
         return Step(VERDICTS.get(checks.verdict, Event.REJECTED), checks.reason, stood_ns=after)
 
     def _re_observe(self, query: QueryProgress, last: Step) -> Step:
