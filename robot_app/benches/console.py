@@ -68,9 +68,9 @@ def _said(options: argparse.Namespace, what: str, found: Any) -> Any:
     return found
 
 
-PAINTED = "window.openbelief?.link.seen >= 0"  # a command names what was on the screen
+PAINTED = "Boolean(window.openbelief?.painted)"  # a command names what was on the screen
 TAKE = "{type: 'take', over: true}"
-ASK = f"{{type: 'ask', epoch: openbelief.state.you.epoch, text: '{THING}'}}"
+ASK = f"{{type: 'ask', epoch: openbelief.painted.you.epoch, text: '{THING}'}}"
 LIST_TRIALS = """(least) => new Promise((done) => {
   const start = performance.now();
   document.getElementById("to-trials").click();
@@ -100,7 +100,7 @@ class ConsoleBench:
             self._until("painted snapshot", PAINTED)
             self._page.evaluate("(site) => openbelief.plan.setSite(site, null, null)", _site())
             _command(self._page, TAKE)
-            self._until("lease", "openbelief.state.you.epoch")
+            self._until("lease", "openbelief.painted.you.epoch")
         return self._page
 
     def stops(self, presses: int) -> dict[str, Any]:
@@ -196,7 +196,7 @@ class ConsoleBench:
         tab = PlainChromium(opened).tab(self._link())
         until("painted snapshot", lambda: tab.evaluate(PAINTED))
         _command(tab, TAKE)
-        until("lease", lambda: tab.evaluate("openbelief.state.you.epoch"))
+        until("lease", lambda: tab.evaluate("openbelief.painted.you.epoch"))
         return tab
 
     def _drive(self, page: Any = None) -> Any:

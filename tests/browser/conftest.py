@@ -1,6 +1,7 @@
 """A real Chromium in front of a real console over a simulated robot in wall time. `make test-browser` runs these.
 
 OPENBELIEF_SCREENSHOTS=DIR keeps the screenshots of docs/operator.md there, of the flat instead of the small room.
+OPENBELIEF_LATE_MS=150 makes every page get its snapshots and paint that late: a test that fails by it asks too early.
 """
 
 from __future__ import annotations
@@ -33,6 +34,8 @@ SMALL = HERE.parent / "robot_app" / "small_scene.json"
 RECORDED = HERE.parent / "replay" / "small_room.mcap"
 ASKED_FOR = "OPENBELIEF_BROWSER"
 SCREENSHOTS = os.environ.get("OPENBELIEF_SCREENSHOTS", "")
+LATE_MS = os.environ.get("OPENBELIEF_LATE_MS", "")
+LATE = (HERE / "late.js").read_text()
 PATIENCE_S = 40.0  # for one step, on a machine that does other work too
 MANY = 2000
 CARD = {
@@ -240,8 +243,8 @@ class Tab:
         return self.page.locator(f"#{element}").inner_text(timeout=PATIENCE_S * 1000)
 
     def state(self) -> dict[str, Any]:
-        """The newest snapshot that the page holds."""
-        return self.page.evaluate("window.openbelief?.state || {}")
+        """The newest snapshot that the page has painted."""
+        return self.page.evaluate("window.openbelief?.painted || {}")
 
     def until_state(self, *words: str) -> str:
         return until(lambda: (now := self.words("state")) in words and now, f"{words}: {self.words('state')}")
@@ -268,9 +271,12 @@ class Tab:
         return answer.inner_text()
 
     def stopped(self, how: Callable[[Tab], Any]) -> None:
-        """STOP in that way, until it was heard."""
+        """STOP in that way, until it was heard. The snapshot that tells of it comes after its acknowledgement."""
         how(self)
         until(lambda: self.page.locator("#stop").get_attribute("data-state") == "heard", "STOP was heard")
+
+    def until_stopped_by(self, who: str) -> None:
+        until(lambda: (self.state()["operator"]["stop"] or {}).get("who") == who, f"the latch names {who}")
 
     def picture(self, name: str) -> None:
         """For docs/operator.md, where it is asked for."""
@@ -299,12 +305,12 @@ def tabs(browser: Browser, site: Site) -> Iterator[Callable[..., Tab]]:
         context = browser.new_context(viewport=size, has_touch=size is PHONE, device_scale_factor=1)
         contexts.append(context)
         chosen = f"if (location.protocol !== 'about:') localStorage.setItem('theme', '{theme}')"
-        context.add_init_script(f"{chosen}; {script}")
+        context.add_init_script(f"{chosen}; {script}" + (f"; ({LATE})({int(LATE_MS)})" if LATE_MS else ""))
         tab = Tab(context.new_page(), site)
         made.append(tab)
         tab.listen()
         tab.page.goto(site.program.link(role))
-        until(lambda: tab.state().get("n"), "the first snapshot")
+        until(lambda: tab.state().get("n"), "the first painted snapshot")
         return tab
 
     yield opened

@@ -146,10 +146,10 @@ def test_one_logs_in_by_name_takes_the_command_and_stops_over_tls(trusting, reac
     trusting.picture("login")
     page.locator("#login-password").fill(PASSWORD)
     page.keyboard.press("Enter")
-    until(lambda: trusting.state().get("n"), "the first snapshot, over wss")
+    until(lambda: trusting.state().get("n"), "the first painted snapshot, over wss")
     trusting.take()
     trusting.stopped(lambda tab: tab.page.keyboard.press("Escape"))
-    assert trusting.state()["operator"]["stop"]["who"] == "ada"
+    trusting.until_stopped_by("ada")
     [cookie] = page.context.cookies()
     assert cookie["secure"] and cookie["httpOnly"] and cookie["sameSite"] == "Strict"
     assert page.evaluate("isSecureContext") and trusting.trouble() == []

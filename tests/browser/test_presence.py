@@ -56,9 +56,9 @@ def test_a_tab_that_is_hidden_holds_the_robot_and_asks_when_it_is_seen_again(ope
     watcher = open_tab("viewer")
     with ExitStack() as opened:
         tab = PlainChromium(opened).tab(site.program.link())
-        until(lambda: tab.evaluate("window.openbelief?.link.seen >= 0"), "the first painted snapshot")
+        until(lambda: tab.evaluate("Boolean(window.openbelief?.painted)"), "the first painted snapshot")
         tab.evaluate("openbelief.link.command({type: 'take', over: true})")
-        until(lambda: tab.evaluate("openbelief.state.you.epoch"), "the command")
+        until(lambda: tab.evaluate("openbelief.painted.you.epoch"), "the command")
         tab.evaluate(f"openbelief.link.command({{type: 'ask', epoch: openbelief.state.you.epoch, text: '{ROUTE}'}})")
         until(lambda: tab.evaluate("openbelief.question.asked !== null && openbelief.question.endsAt"), "the question")
         start = robot_at(watcher)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import pytest
 
+from tests.browser.conftest import until
 from tests.browser.steps import ROUTE, STOPS, until_idle, until_it_stands, walk
 
 
@@ -29,8 +30,15 @@ def test_stop_ends_a_question_and_counts_between_missions(tab, how):
     tab.until_state("Stopped")
     until_idle(tab)
     assert tab.page.locator("#question").is_hidden()
+    before = last_stop_ms(tab)
     tab.stopped(STOPS[how])
-    assert tab.state()["operator"]["stop"]["who"] == "operator"
+    until(lambda: last_stop_ms(tab) > before, "the page tells of the second STOP")
+    tab.until_stopped_by("operator")
+
+
+def last_stop_ms(tab) -> int:
+    """When the last STOP was that the page tells of."""
+    return max(each["at_ms"] for each in tab.state()["said"] if each["text"].startswith("STOP: "))
 
 
 def test_a_viewer_stops_and_can_do_nothing_else(tab, open_tab):

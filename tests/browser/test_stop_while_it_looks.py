@@ -15,7 +15,7 @@ from tests.browser.steps import ROUTE, STOPS, newest_trial, until_idle
 # Resolves when the page shows a mission in that state.
 IN_STATE = """(state) => new Promise((done) => {
   const look = () => {
-    const mission = openbelief.state.mission;
+    const mission = openbelief.painted?.mission;
     mission && !mission.outcome && mission.state === state ? done() : requestAnimationFrame(look);
   };
   look();

@@ -16,8 +16,8 @@ const DRIVING = ["navigate", "re_observe", "query"];
 export class Live {
   constructor({onLoggedOut}) {
     this.link = new Link({onState: (state) => { this.state = state; }, onChange: () => { this.stale = true; }, onLoggedOut});
-    this.state = null;
-    this.painted = -1;
+    this.state = null; // the newest snapshot
+    this.painted = null; // the one on the screen
     this.selected = null;
     this.live = null; // the newest picture
     this.look = null; // {stamp, image}
@@ -101,12 +101,12 @@ export class Live {
     requestAnimationFrame(() => this.frame());
     if (this.toBeat !== undefined) { this.link.beat(this.toBeat); this.toBeat = undefined; }
     this.link.check();
-    if (this.state && (this.state.n !== this.painted || this.stale || this.fresh)) this.paint(this.state);
+    if (this.state && (this.state !== this.painted || this.stale || this.fresh)) this.paint(this.state);
     else if (this.state && performance.now() - (this.ticked || 0) > 200) { this.ticked = performance.now(); drawStatus(this.state, this.link); this.question.tick(); }
   }
 
   paint(state) {
-    const start = performance.now(), news = state.n !== this.painted;
+    const start = performance.now(), news = state !== this.painted;
     const {mission, operator} = state;
     this.stale = false;
     drawStatus(state, this.link);
@@ -115,7 +115,8 @@ export class Live {
     this.paintMission(state, mission);
     this.log(state.said || []);
     this.speech.show(state.speech, Boolean(state.you?.epoch));
-    this.painted = this.link.seen = state.n;
+    this.painted = state;
+    this.link.seen = state.n;
     if (news) this.toBeat = state.n;
     measured("page-paint", start);
   }
