@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -40,6 +41,47 @@ class PhraseEmbeddings(Mapping[str, Array]):
 
     def __len__(self) -> int:
         return len(self.phrases)
+
+
+@dataclass(frozen=True)
+class TextSpace:
+    """Where a memory's queries and classes are compared: the space of the text encoder that is named.
+
+    encoder: None where only vectors can be asked.
+    """
+
+    encoder_id: str
+    dim: int
+    encoder: TextEncoder | None
+
+    def words(self, texts: Sequence[str]) -> Array:
+        """(n, d) float64 unit rows. Raises ValueError without an encoder."""
+        return unit_rows(self._encode(texts), self.dim, "The encoder's row")
+
+    def classes(self, classes: Sequence[str] | Array) -> Array:
+        """(C, d) float64 unit rows of names or embeddings. Raises ValueError on none, or names without an encoder."""
+        if isinstance(classes, str) or len(classes) == 0:
+            raise ValueError("Classes should be a list of at least one name or embedding.")
+        names = all(isinstance(c, str) for c in classes)
+        return unit_rows(self._encode(classes) if names else classes, self.dim, "A class embedding")
+
+    def vector(self, query: Any) -> Array:
+        """(d,) float64 unit query. Raises ValueError on what is neither a sentence nor such a vector."""
+        try:
+            vector = np.asarray(query, dtype=np.float64)
+        except (TypeError, ValueError):
+            vector = np.empty(())
+        if vector.ndim != 1:
+            raise ValueError(f"The query should be a sentence or a (d,) vector, got {type(query).__name__}.")
+        return unit_rows([vector], self.dim, "The query vector")[0]
+
+    def _encode(self, texts: Sequence[str] | Array) -> Array:
+        if self.encoder is None:
+            raise ValueError(
+                f"This memory was opened without a text encoder: open it with {self.encoder_id!r}, "
+                "or ask with a vector."
+            )
+        return self.encoder.encode(list(texts))
 
 
 def embed_phrases(evidence: Sequence[Observation], encoder: TextEncoder) -> PhraseEmbeddings:

@@ -17,37 +17,28 @@ from openbelief.arrays import Array
 from openbelief.association import ExtentAlarm, associate, extent_alarms
 from openbelief.belief import Concept
 from openbelief.belief_file import BeliefFile
-from openbelief.embedding import embed_phrases, unit_rows
+from openbelief.embedding import TextSpace, embed_phrases
 from openbelief.evidence import Evidence, FrameRecord, canonical_order
 from openbelief.grounded.answer import Answer, answer, ranked
 from openbelief.grounded.geometry import Viewer
 from openbelief.grounded.options import GroundedOptions
 from openbelief.grounded.reader import GroundedReader
 from openbelief.grounded.table import map_table
+from openbelief.memory_query import MemoryQuery, may_answer, retrieval_query
 from openbelief.node import ObjectNode
 from openbelief.node_columns import believe
 from openbelief.node_table import NodeTable
 from openbelief.observation import Observation
-from openbelief.parameters import Parameters
+from openbelief.parameters import ACQUISITION, Parameters
 from openbelief.perception.ports import TextEncoder
-from openbelief.phrase import is_background
 from openbelief.projection import check_projection, project_language, project_node
 from openbelief.request import Request, parse
 from openbelief.request.encoded import EncodedRequest
-from openbelief.retrieval import Candidate, NodeScores, RetrievalQuery, check_readout
+from openbelief.retrieval import Candidate, NodeScores, check_readout
 from openbelief.rooms import Room
 from openbelief.surroundings import Surroundings
-from openbelief.target_phrase import TargetPhrase, target_phrase
+from openbelief.target_phrase import target_phrase
 
-ACQUISITION_PARAMETERS = (
-    "voxel_m",
-    "depth_min_m",
-    "depth_max_m",
-    "min_mask_px",
-    "min_points",
-    "cluster_eps_m",
-    "cluster_min_points",
-)
 __all__ = ["Candidate", "Concept", "ObjectMemory", "ObjectNode"]
 
 
@@ -207,7 +198,7 @@ class ObjectMemory:
 
         Raises ValueError on another acquisition parameter: what it would have kept is not in the evidence.
         """
-        for name in ACQUISITION_PARAMETERS:
+        for name in ACQUISITION:
             if getattr(parameters, name) != getattr(self.parameters, name):
                 raise ValueError(f"Parameter {name} decides what is taken from a frame: map again with it.")
         observations = list(self.observations)
@@ -224,7 +215,7 @@ class ObjectMemory:
 
     def rank(
         self,
-        query: str | EncodedRequest | Array,
+        query: MemoryQuery,
         readout: str = "consensus",
         exclude: Iterable[int] = frozenset(),
         limit: int | None = None,
@@ -243,20 +234,20 @@ class ObjectMemory:
             return []
         if known == "grounded":
             return self._ranked_grounded(query, frozenset(exclude), limit)
-        vector, asked = self._ask(query)
-        return NodeScores(self.table, RetrievalQuery(vector, known, asked)).best(frozenset(exclude), limit)
+        question = retrieval_query(query, known, self.table, self._text_space)
+        return NodeScores(self.table, question).best(frozenset(exclude), limit)
 
     def asked(self, sentence: str | Request) -> EncodedRequest:
         """A sentence, parsed and embedded once. Raises ValueError where it names nothing, or without an encoder."""
         request = parse(sentence) if isinstance(sentence, str) else sentence
-        return EncodedRequest(request, self._encoded)
+        return EncodedRequest(request, self._text_space.words)
 
     def reader(self, options: GroundedOptions | None = None) -> GroundedReader:
         """What reads this memory with the readout `grounded`; one for the same options."""
         chosen = options or GroundedOptions()
         if chosen not in self._readers:
             self._readers[chosen] = GroundedReader(
-                lambda: map_table(self.table, self._encoded, chosen),
+                lambda: map_table(self.table, self._text_space.words, chosen),
                 self.rooms,
                 self.text_encoder_id,
                 chosen,
@@ -281,16 +272,16 @@ class ObjectMemory:
         return answer(self.reader(options).read(asked, viewer), lambda: self.table.phrases, frozenset(exclude), limit)
 
     def retrieve(
-        self, query: str | EncodedRequest | Array, readout: str = "consensus", exclude: Iterable[int] = frozenset()
+        self, query: MemoryQuery, readout: str = "consensus", exclude: Iterable[int] = frozenset()
     ) -> Candidate | None:
         """The best candidate outside R_q; None is the paper's NONE, and `nothing_because` says why."""
         return next(iter(self.rank(query, readout, exclude, limit=1)), None)
 
-    def nothing_because(self, query: str | EncodedRequest | Array, exclude: Iterable[int] = frozenset()) -> str | None:
+    def nothing_because(self, query: MemoryQuery, exclude: Iterable[int] = frozenset()) -> str | None:
         """Why `retrieve` gives None, in the operator's words; None where it gives a candidate."""
         if not len(self.table):
             return "the memory holds no objects"
-        ids = set(np.flatnonzero(self._nodes_of(query)).tolist())
+        ids = set(np.flatnonzero(may_answer(query, self.table)).tolist())
         if not ids:
             return "the memory holds nothing but background (walls, floors)"
         if ids <= set(exclude):
@@ -312,86 +303,37 @@ class ObjectMemory:
         the readout needs text-aligned features and this memory's are not.
         """
         known = check_projection(readout)
-        table = self._class_table(classes)
+        table = self._text_space.classes(classes)
         one = project_node if self.feature_text_aligned else project_language
         rows = [one(node, table, known, self.parameters) for node in self.objects]
         return np.array(rows).reshape(len(self.objects), len(table))
 
     @cached_property
+    def _text_space(self) -> TextSpace:
+        return TextSpace(self.text_encoder_id, self.text_dim, self.text_encoder)
+
+    @cached_property
     def _readers(self) -> dict[GroundedOptions, GroundedReader]:
         return {}
 
-    def _ranked_grounded(
-        self, query: str | EncodedRequest | Array, exclude: frozenset[int], limit: int | None
-    ) -> list[Candidate]:
+    def _ranked_grounded(self, query: MemoryQuery, exclude: frozenset[int], limit: int | None) -> list[Candidate]:
         reader = self.reader()
         if isinstance(query, str | EncodedRequest):
             return ranked(reader.read(self.asked(query) if isinstance(query, str) else query), exclude, limit)
-        return ranked(reader.read_vector(self._ask(query)[0]), exclude, limit)
+        return ranked(reader.read_vector(self._text_space.vector(query)), exclude, limit)
 
-    def _is_asked(self, query: str | EncodedRequest | Array) -> bool:
+    def _is_asked(self, query: MemoryQuery) -> bool:
         """False where there is nothing to rank, which needs no encoder; what asks nothing is refused all the same."""
-        if len(self.table) or not isinstance(query, str):
-            return bool(len(self.table)) or not isinstance(query, EncodedRequest)
-        target_phrase(query)
-        return False
-
-    def _ask(self, query: str | EncodedRequest | Array) -> tuple[Array, Array]:
-        """(d,) float64 unit query, and (N,) bool: the nodes that it ranks."""
-        if isinstance(query, EncodedRequest):
-            return query.f_q, self._ranked_for(query.request)
+        if len(self.table):
+            return True
         if isinstance(query, str):
-            phrase = target_phrase(query)
-            return self._encoded([phrase.text])[0], self._ranked_for(phrase)
-        return unit_rows([_vector(query)], self.text_dim, "The query vector")[0], np.ones(len(self.table), bool)
-
-    def _nodes_of(self, query: str | EncodedRequest | Array) -> Array:
-        """(N,) bool, without the vector: the nodes that it ranks."""
-        if isinstance(query, EncodedRequest):
-            return self._ranked_for(query.request)
-        return self._ranked_for(target_phrase(query)) if isinstance(query, str) else np.ones(len(self.table), bool)
-
-    def _ranked_for(self, phrase: Request | TargetPhrase) -> Array:
-        """(N,) bool: the foreground, and the background where it is asked for by name."""
-        thing = TargetPhrase(phrase.text).thing
-        return np.ones(len(self.table), bool) if is_background(thing) else ~self.table.background
-
-    def _encoded(self, texts: Sequence[str]) -> Array:
-        """(n, d) float64 unit rows."""
-        return unit_rows(self._encoder().encode(list(texts)), self.text_dim, "The encoder's row")
-
-    def _class_table(self, classes: Sequence[str] | Array) -> Array:
-        """(C, d) float64 unit rows."""
-        if isinstance(classes, str) or len(classes) == 0:
-            raise ValueError("Classes should be a list of at least one name or embedding.")
-        names = all(isinstance(c, str) for c in classes)
-        return unit_rows(
-            self._encoder().encode(list(classes)) if names else classes, self.text_dim, "A class embedding"
-        )
-
-    def _encoder(self) -> TextEncoder:
-        if self.text_encoder is None:
-            raise ValueError(
-                f"This memory was opened without a text encoder: open it with {self.text_encoder_id!r}, "
-                "or ask with a vector."
-            )
-        return self.text_encoder
+            target_phrase(query)
+        return not isinstance(query, str | EncodedRequest)
 
 
 def _check_limit(limit: Any) -> None:
     if limit is not None and not (isinstance(limit, Integral) and int(limit) >= 0):
         raise ValueError(f"The limit should be a whole number from 0 or None, got {limit!r}.")
-
-
-def _vector(query: Any) -> Array:
-    """(d,) float64; raises ValueError on what is neither a sentence nor a vector."""
-    try:
-        vector = np.asarray(query, dtype=np.float64)
-    except (TypeError, ValueError):
-        vector = np.empty(())
-    if vector.ndim != 1:
-        raise ValueError(f"The query should be a sentence or a (d,) vector, got {type(query).__name__}.")
-    return vector
 
 
 def _check_features(evidence: Sequence[Observation], dim: int | None) -> None:

@@ -13,6 +13,15 @@ from openbelief.settings import CHECKED, Cosine, Flag, Fraction, Number, Positiv
 NotNegative = Annotated[Number, Field(ge=0)]
 NoCount = Annotated[Whole, Field(ge=0)]
 Count = Annotated[Whole, Field(ge=1)]
+ACQUISITION = (  # what was left out of a frame by one of these is not in the evidence
+    "voxel_m",
+    "depth_min_m",
+    "depth_max_m",
+    "min_mask_px",
+    "min_points",
+    "cluster_eps_m",
+    "cluster_min_points",
+)
 
 
 @in_one_line("Parameter")
