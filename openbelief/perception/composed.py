@@ -10,7 +10,7 @@ import numpy as np
 from openbelief.observation import Mask, RgbdFrame
 from openbelief.perception.mask_nms import suppress
 from openbelief.perception.ports import PerceptionFailed, PhraseProposer, SegmentedMask, SegmentEncoder, Segmenter
-from openbelief.perception.stages import Stage
+from openbelief.perception.stages import Stage, in_turn
 
 
 class BadModelOutput(PerceptionFailed):
@@ -55,10 +55,7 @@ class ComposedPerception:
 
     def perceive(self, frame: RgbdFrame) -> list[Mask]:
         """All stages, one after the other. Raises FrameUnseen, or BadModelOutput naming the network."""
-        value: Any = None
-        for stage in self.stages:
-            value = stage.run(frame, value)
-        return list(value)
+        return in_turn(self.stages, frame)
 
     def close(self) -> None:
         """Close the parts that hold something open."""

@@ -19,7 +19,7 @@ from openbelief.perception.boxes import Boxes
 from openbelief.perception.color_word import color_word
 from openbelief.perception.nanodet import NanoDet
 from openbelief.perception.onnx_session import ModelFileError
-from openbelief.perception.stages import Stage
+from openbelief.perception.stages import Stage, in_turn
 from openbelief.perception.yolo_seg import YoloFound, YoloSeg, masks_of
 
 NANODET, BOX_MASK, APPEARANCE = "nanodet_m_416_coco_f16.onnx", "u2netp.onnx", "mobilenetv2_1280.onnx"
@@ -103,10 +103,7 @@ class Detector:
 
     def perceive(self, frame: RgbdFrame) -> list[Mask]:
         """All stages, one after the other. Raises BadModelOutput naming the network."""
-        value: Any = None
-        for stage in self.stages:
-            value = stage.run(frame, value)
-        return list(value)
+        return in_turn(self.stages, frame)
 
     def close(self) -> None:
         """Nothing is waited for."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
@@ -16,6 +17,20 @@ class Stage:
     name: str
     run: Callable[[RgbdFrame, Any], Any]
     workers: int = 1
+
+
+def in_turn(
+    stages: Sequence[Stage], frame: RgbdFrame, during: Callable[[str], AbstractContextManager[Any]] = nullcontext
+) -> list[Mask]:
+    """What the stages make of a frame, one after the other. Raises what they raise.
+
+    during: a stage's name -> what is entered while it runs.
+    """
+    value: Any = None
+    for stage in stages:
+        with during(stage.name):
+            value = stage.run(frame, value)
+    return list(value)
 
 
 @runtime_checkable

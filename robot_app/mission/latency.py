@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
 
 from drivers.ports import Clock
 from logs.structured import logger
 from openbelief.observation import Mask, RgbdFrame
-from openbelief.perception.stages import StagedPerception
+from openbelief.perception.stages import StagedPerception, in_turn
 
 
 class WatchedPerception:
@@ -27,14 +26,10 @@ class WatchedPerception:
     def perceive(self, frame: RgbdFrame) -> list[Mask]:
         """Raises what a stage raises; how far it came is logged then too."""
         seconds: dict[str, float] = {}
-        value: Any = None
         try:
-            for stage in self._perception.stages:
-                with self._timed(stage.name, seconds):
-                    value = stage.run(frame, value)
+            return in_turn(self._perception.stages, frame, lambda stage: self._timed(stage, seconds))
         finally:
             self._log(frame, seconds)
-        return list(value)
 
     @contextmanager
     def _timed(self, stage: str, seconds: dict[str, float]) -> Iterator[None]:
