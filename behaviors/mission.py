@@ -33,7 +33,6 @@ from behaviors.events import (
     ENDING,
     NO_CANDIDATE_LEFT,
     NO_PATH,
-    NONE_WANTED,
     NOT_FOUND,
     REPLIES,
     TOLD,
@@ -111,11 +110,11 @@ class Mission:
         """
         query = QueryProgress(self._memory.asked(parse(sentence, parse(after) if after else None)))
         self._journal.write(records.Query(sentence=sentence, who=who, how=how, after=after))
-        machine, step, frozen = MissionMachine(), Step(Event.ASKED, ""), fingerprint(self._memory)
+        machine, step, frozen = MissionMachine(), Step(Event.ASKED, ""), self._memory.fingerprint()
         while not machine.is_terminated:
             source = str(machine.current_state_value)
             step = self._next(source, query, step)
-            if step.event in ENDING and fingerprint(self._memory) != frozen:
+            if step.event in ENDING and self._memory.fingerprint() != frozen:
                 step = Step(Event.FAULT, "the memory changed during the mission: open it again from its file")
             machine.send(step.event)
             target = str(machine.current_state_value)
@@ -143,7 +142,7 @@ class Mission:
             ranking_record(found_now, self._memory, query.target, self._policy.readout, query.rejected, query.set_aside)
         )
         if not ranking:
-            return self._nothing_left(query, self._memory.nothing_because(query.asked, excluded))
+            return query.nothing_left(self._memory.nothing_because(query.asked, excluded))
         if doubted := self._doubted(query, found_now):
             return doubted
         wanted = query.wanted
@@ -278,7 +277,7 @@ class Mission:
         if len(query.rejected) >= self._parameters.k_max:
             return Step(Event.BUDGET_REACHED, BUDGET_REACHED)
         if len(query.set_aside) - len(query.declined) >= SET_ASIDE_MAX:
-            return self._nothing_left(query, f"{SET_ASIDE_MAX} could not be looked at")
+            return query.nothing_left(f"{SET_ASIDE_MAX} could not be looked at")
         return Step(Event.EXCLUDED, last.because)
 
     # ---- around them
@@ -299,13 +298,6 @@ class Mission:
         stop = self._ports.operator.stop_requested()
         return halted(stop.because, self._ports, self._policy) if stop else None
 
-    def _nothing_left(self, query: QueryProgress, why: str | None) -> Step:
-        if query.visits:
-            return Step(Event.EXHAUSTED, NO_CANDIDATE_LEFT)
-        if query.unwanted:
-            return Step(Event.DECLINED, NONE_WANTED)
-        return Step(Event.NONE_VERIFIED, f"{NO_CANDIDATE_LEFT}: {why}")
-
     def _goal_search(self, points: Array, query: QueryProgress) -> GoalSearch:
         if query.mount is None:
             raise RuntimeError("The camera mount was not measured.")
@@ -319,23 +311,10 @@ class Mission:
         )
 
     def _ended(self, end: End, query: QueryProgress, step: Step) -> Outcome:
-        outcome = Outcome(
-            end,
-            step.because,
-            query.visits,
-            query.confirmed,
-            tuple(query.rejected),
-            tuple(query.set_aside),
-            tuple(query.declined),
-        )
+        outcome = query.outcome(end, step.because)
         self._journal.write(ended_record(outcome))
         self._ports.operator.tell(f"{end.replace('_', ' ')}: {outcome.reason}")
         return outcome
-
-
-def fingerprint(memory: ObjectMemory) -> str:
-    """The memory's content hash, computed again from the evidence it holds now."""
-    return memory.fingerprint()
 
 
 def _fault_sentence(error: Exception) -> str:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from behaviors.arrival import CameraMount
 from behaviors.attempt import Attempt
+from behaviors.events import NO_CANDIDATE_LEFT, NONE_WANTED, End, Event, Outcome, Step
 from openbelief.grounded.geometry import Viewer
 from openbelief.memory import Candidate
 from openbelief.request.encoded import EncodedRequest
@@ -56,3 +57,15 @@ class QueryProgress:
         if self.attempt is None:
             raise RuntimeError("No candidate was retrieved yet.")
         return self.attempt
+
+    def nothing_left(self, why: str | None) -> Step:
+        """The end where no candidate is left to try. why: what keeps the memory from giving one."""
+        if self.visits:
+            return Step(Event.EXHAUSTED, NO_CANDIDATE_LEFT)
+        if self.unwanted:
+            return Step(Event.DECLINED, NONE_WANTED)
+        return Step(Event.NONE_VERIFIED, f"{NO_CANDIDATE_LEFT}: {why}")
+
+    def outcome(self, end: End, because: str) -> Outcome:
+        rejected, set_aside, declined = map(tuple, (self.rejected, self.set_aside, self.declined))
+        return Outcome(end, because, self.visits, self.confirmed, rejected, set_aside, declined)
