@@ -15,7 +15,8 @@ from openbelief.arrays import Array, unit_vector
 from openbelief.backprojection import backproject, snap
 from openbelief.grounded.arrival import Naming, RelativeCheck, SeenThere, name_of, relative_check
 from openbelief.grounded.levels import DoubtLevels
-from openbelief.grounded.reader import GroundedReader, Reading
+from openbelief.grounded.reader import GroundedReader
+from openbelief.grounded.reading import Reading
 from openbelief.observation import Mask, RgbdFrame
 from openbelief.parameters import Parameters
 from openbelief.phrase import comparable, with_article

@@ -17,7 +17,7 @@ from openbelief.evaluation.truth import ABSENT, Truth
 from openbelief.grounded.answer import order
 from openbelief.grounded.doubt import Verdict, judge
 from openbelief.grounded.levels import DoubtLevels
-from openbelief.grounded.reader import Reading
+from openbelief.grounded.reading import Reading
 from openbelief.memory import ObjectMemory
 
 SWEPT = tuple(round(0.40 + 0.025 * step, 3) for step in range(23))  # found_at of the curve

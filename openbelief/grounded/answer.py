@@ -10,7 +10,7 @@ import numpy as np
 
 from openbelief.arrays import Array, highest
 from openbelief.grounded.doubt import Verdict, judge
-from openbelief.grounded.reader import Reading
+from openbelief.grounded.reading import Reading
 from openbelief.grounded.thing import ThingScores
 from openbelief.grounded.typos import did_you_mean
 from openbelief.request.places import PLACES

@@ -19,7 +19,8 @@ from openbelief.grounded.colours import colours_of, without_colour
 from openbelief.grounded.entries import Entries, beliefs
 from openbelief.grounded.lexicon import is_known
 from openbelief.grounded.options import GroundedOptions
-from openbelief.grounded.reader import GroundedReader, Reading
+from openbelief.grounded.reader import GroundedReader
+from openbelief.grounded.reading import Reading
 from openbelief.grounded.table import MapTable
 from openbelief.grounded.thing import SURE, names_of, other_cost, thing_of_one
 from openbelief.grounded.which import fitting

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from openbelief.grounded.reader import Reading
+from openbelief.grounded.reading import Reading
 
 Verdict = Literal["found", "unsure", "not found"]
 GRAVITY: tuple[Verdict, ...] = ("found", "unsure", "not found")
