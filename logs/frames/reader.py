@@ -17,7 +17,8 @@ from drivers.ros.messages import Message, WireError, decode
 from drivers.ros.refusals import ImageReason, ImageRefused
 from logs.containers.folder import split_sets
 from logs.containers.recording import Recording, recording_id
-from logs.frames.plan import FramePlan, PlannedFrame, PlanOptions, RecordingFile, plan_frames
+from logs.frames.pairing import PlannedFrame, PlanOptions
+from logs.frames.plan import FramePlan, RecordingFile, plan_frames
 from logs.frames.reasons import FrameReason, RecordingError, Skip, SkipFrame, explained
 from logs.frames.scan import Scan
 from logs.frames.split import SplitRecording, Stretch

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from drivers.clock import SimClock
-from logs.frames.plan import RecordingError
+from logs.frames.reasons import RecordingError
 from logs.frames.surroundings import grid_from_what_was_seen
 from openbelief.traversability import FREE, OCCUPIED
 from sim_fakes.playback.ports import RecordingPorts
