@@ -10,20 +10,18 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from drivers.ros.calibration import described
 from drivers.ros.convert import grid_of
-from drivers.ros.images import COMPRESSED_IMAGE, IMAGE, color_image, depth_image, fitted_depth
+from drivers.ros.images import COMPRESSED_IMAGE, IMAGE
 from drivers.ros.messages import Message, WireError, decode
-from drivers.ros.refusals import ImageReason, ImageRefused
 from logs.containers.folder import split_sets
 from logs.containers.recording import Recording, recording_id
+from logs.frames.decoding import FrameDecoder
 from logs.frames.pairing import PlannedFrame, PlanOptions
 from logs.frames.plan import FramePlan, RecordingFile, plan_frames
 from logs.frames.reasons import FrameReason, RecordingError, Skip, SkipFrame, explained
 from logs.frames.scan import Scan
 from logs.frames.split import SplitRecording, Stretch
 from logs.frames.topics import RecordingTopics
-from openbelief.arrays import Array
 from openbelief.observation import RgbdFrame
 from openbelief.surroundings import StoreyMap
 
@@ -31,7 +29,6 @@ __all__ = ["FrameReader", "ReadOptions", "RecordingError", "RecordingTopics", "f
 
 MAX_TF_GAP_S, PAIR_TOLERANCE_S = 0.25, 0.005
 SPECIAL = ("max_tf_gap_s", "pair_tolerance_s", "depth_offset_s", "depth_is_aligned")
-SAME_LENS = 0.02  # by how much the scaled focal lengths of colour and depth may differ
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,7 +80,7 @@ class FrameReader:
         )
         self._part_of(SplitRecording([Recording(path)], max_tf_gap_s), 0)
         self._refused: dict[int, Skip] = {}  # by index: what only decoding found
-        self._scaled: set[str] = set()
+        self._decoder = FrameDecoder()
 
     def _part_of(self, split: SplitRecording, number: int) -> None:
         self._split, self._number = split, number
@@ -124,7 +121,7 @@ class FrameReader:
     @property
     def notes(self) -> list[str]:
         """What a person should know although frames can be made."""
-        return [*self.plan.notes, *sorted(self._scaled)]
+        return [*self.plan.notes, *sorted(self._decoder.scaled)]
 
     @property
     def damage(self) -> str | None:
@@ -180,7 +177,7 @@ class FrameReader:
                 del missing[p.index]
                 pair = (first, image) if topic == depth else (image, first)
                 try:
-                    yield self._frame(p, *pair)
+                    yield self._decoder.frame(p, *pair, self.recording)
                 except SkipFrame as skip:
                     self._refused[p.index] = Skip(p.index, p.stamp_ns, skip.reason, skip.detail)
         for p in missing.values():
@@ -203,37 +200,6 @@ class FrameReader:
                 if rank >= max(indices):
                     break
         return found
-
-    def _frame(self, planned: PlannedFrame, color: Message, depth: Message) -> RgbdFrame:
-        """Decode one pair; raises SkipFrame."""
-        try:
-            pixels, depth_m = color_image(color), depth_image(depth)
-        except ImageRefused as refused:
-            raise SkipFrame(refused.reason, str(refused)) from refused
-        camera = planned.intrinsics
-        if depth_m.shape != pixels.shape[:2]:
-            depth_m = self._scaled_depth(planned, depth_m, pixels.shape[:2])
-        if pixels.shape[:2] != (camera.height, camera.width):
-            sizes = f"colour {_size(pixels)}, depth {_size(depth_m)}, {described(planned.info)}"
-            raise SkipFrame(ImageReason.SIZES, f"Width and height differ: {sizes}.")
-        return RgbdFrame(planned.index, planned.stamp_ns, pixels, depth_m, camera, planned.T_map_camera, self.recording)
-
-    def _scaled_depth(self, planned: PlannedFrame, depth_m: Array, shape: tuple[int, int]) -> Array:
-        """Depth of colour's view, resampled to colour's size by the nearest pixel. Raises SkipFrame."""
-        (height, width), (h, w) = shape, depth_m.shape
-        try:
-            fitted = fitted_depth(depth_m, shape)
-        except ImageRefused as refused:
-            raise SkipFrame(refused.reason, f"{refused} It has {described(planned.info)}.") from refused
-        own = planned.depth_info
-        if (
-            own is not None
-            and abs(own.fx / own.width * planned.intrinsics.width / planned.intrinsics.fx - 1) > SAME_LENS
-        ):
-            sizes = f"Colour has {width}x{height} pixels, depth {w}x{h}"
-            raise SkipFrame(FrameReason.NOT_ALIGNED, f"{sizes}, and their camera infos are of two lenses.")
-        self._scaled.add(f"depth of {w}x{h} is scaled to colour's {width}x{height}")
-        return fitted
 
 
 def frame_readers(paths: Sequence[Path], options: ReadOptions) -> list[FrameReader]:
@@ -261,7 +227,3 @@ def _decoded(payload: bytes, type_name: str) -> Message | None:
         return decode(payload, type_name)
     except WireError:
         return None
-
-
-def _size(pixels: Array) -> str:
-    return f"{pixels.shape[1]}x{pixels.shape[0]}"
