@@ -11,9 +11,9 @@ from behaviors.reobserve import ReObservation
 from behaviors.to_records import goal_record
 from drivers.ports import Ports
 from logs.trial.journal import Journal
+from openbelief.arrival_look import Look
 from openbelief.goal_pose import GoalPose
 from openbelief.memory import Candidate, ObjectNode
-from openbelief.relative_verification import Look
 
 POSES_MAX = 2  # goal poses that a candidate may be approached from before it is set aside as unreached
 

@@ -11,20 +11,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from openbelief.arrays import Array, unit_vector
-from openbelief.backprojection import backproject, snap
+from openbelief.arrays import Array
+from openbelief.arrival_look import Here, Look, Looked, is_unseen, look_at
 from openbelief.grounded.arrival import Naming, RelativeCheck, SeenThere, name_of, relative_check
 from openbelief.grounded.levels import DoubtLevels
 from openbelief.grounded.reader import GroundedReader
 from openbelief.grounded.reading import Reading
 from openbelief.observation import Mask, RgbdFrame
 from openbelief.parameters import Parameters
-from openbelief.phrase import comparable, with_article
+from openbelief.phrase import with_article
 from openbelief.request.encoded import EncodedRequest
-from openbelief.verification import ArrivalChecks, Verdict, overlap_at, seen_through, unseen
-from openbelief.visibility import Visibility, visibility
-
-Look = tuple[SeenThere, ...]  # what one look saw at the place
+from openbelief.verification import ArrivalChecks, Verdict, seen_through, unseen
 
 
 @dataclass(frozen=True)
@@ -61,27 +58,6 @@ class RelativeVerification:
     relative: RelativeCheck | None
 
 
-@dataclass(frozen=True)
-class Here:
-    """A mask of the frame: how much of it is at the stored place, None where it says nothing or its depth does not."""
-
-    index: int
-    seen: SeenThere
-    overlap: float | None
-
-
-@dataclass(frozen=True)
-class Looked:
-    """What one look measured of a stored place, before anything is named. found: of every mask of the frame."""
-
-    shown: Visibility
-    found: tuple[Here, ...]
-    pose_error_m: float
-
-    def at_place(self, tau_arr: float) -> list[Here]:
-        return [one for one in self.found if one.overlap is not None and one.overlap >= tau_arr]
-
-
 def verify_relative(
     node_points: Array,
     frame: RgbdFrame,
@@ -101,35 +77,6 @@ def verify_relative(
     dim = wanted.reader.table.vectors.shape[1] if feature_text_aligned and wanted.aligned else None
     looked = look_at(node_points, frame, masks, parameters, dim, pose_error_m)
     return judge_relative(looked, wanted, parameters, before)
-
-
-def look_at(
-    node_points: Array,
-    frame: RgbdFrame,
-    masks: Sequence[Mask],
-    parameters: Parameters,
-    dim: int | None,
-    pose_error_m: float = 0.10,
-) -> Looked:
-    """What no query changes. dim: of the features, None where they say nothing of words."""
-    shown = visibility(node_points, frame, parameters, pose_error_m)
-    found = (_here(mask, node_points, frame, parameters, dim, pose_error_m) for mask in masks)
-    return Looked(shown, tuple(found), pose_error_m)
-
-
-def _here(
-    mask: Mask, node_points: Array, frame: RgbdFrame, parameters: Parameters, dim: int | None, pose_error_m: float
-) -> Here:
-    voxels = len(snap(backproject(mask.pixels, frame, parameters), parameters.voxel_m))
-    feature = None if dim is None else unit_vector(mask.feature, f"Mask {mask.index}: feature")
-    if feature is not None and len(feature) != dim:
-        raise ValueError(
-            f"Mask {mask.index}: feature has {len(feature)} numbers, the query {dim}; they cannot be compared."
-        )
-    seen = SeenThere(comparable(mask.phrase), float(mask.confidence) * voxels**0.5, feature)
-    says_nothing = seen.phrase is None and feature is None
-    overlap = None if says_nothing else overlap_at(node_points, mask, frame, parameters, pose_error_m)
-    return Here(mask.index, seen, overlap)
 
 
 def judge_relative(
@@ -157,11 +104,6 @@ def judge_relative(
         best_mask=None if nearest is None else nearest.index,
     )
     return RelativeVerification(checks, seen, relative)
-
-
-def is_unseen(shown: Visibility, parameters: Parameters) -> bool:
-    """Whether too little of the place can be seen to judge it."""
-    return shown.expected == 0 or shown.nu < parameters.tau_nu
 
 
 def contradicts(naming: Naming, levels: DoubtLevels) -> bool:

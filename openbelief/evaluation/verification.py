@@ -15,13 +15,14 @@ from typing import Any
 
 import numpy as np
 
+from openbelief.arrival_look import Looked, is_unseen, look_at
 from openbelief.evaluation.statistics import wilson
 from openbelief.evaluation.truth import ABSENT, TrueQuery, Truth
 from openbelief.grounded.arrival import RelativeCheck
 from openbelief.grounded.levels import DoubtLevels
 from openbelief.memory import ObjectMemory
 from openbelief.observation import Mask, Observation, RgbdFrame, decode_rle
-from openbelief.relative_verification import Looked, Wanted, confirms, in_doubt, is_unseen, judge_relative, look_at
+from openbelief.relative_verification import Wanted, confirms, in_doubt, judge_relative
 from openbelief.request.encoded import EncodedRequest
 from openbelief.verification import semantic_threshold, similarities
 
