@@ -11,8 +11,9 @@ import numpy as np
 from openbelief.arrays import Array
 from openbelief.backprojection import backproject
 from openbelief.clustering import largest_cluster
-from openbelief.observation import Mask, Observation, Provenance, RgbdFrame, encode_rle, mask_bbox
+from openbelief.observation import Mask, Observation, Provenance, RgbdFrame
 from openbelief.parameters import Parameters
+from openbelief.run_lengths import encode_rle, mask_bbox
 
 CROP_MARGIN_PX = 8
 CROP_MAX_PX = 256  # a wall's crop is the whole image; a person needs no more than this to recognise a thing

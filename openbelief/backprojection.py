@@ -8,8 +8,9 @@ from functools import lru_cache
 import numpy as np
 
 from openbelief.arrays import Array
-from openbelief.observation import Intrinsics, RgbdFrame, mask_bbox
+from openbelief.observation import Intrinsics, RgbdFrame
 from openbelief.parameters import Parameters
+from openbelief.run_lengths import mask_bbox
 
 
 def backproject(

@@ -13,7 +13,8 @@ import numpy as np
 from openbelief.arrays import Array
 from openbelief.columns import MANIFEST
 from openbelief.documents import from_json
-from openbelief.observation import Observation, Provenance, Rle
+from openbelief.observation import Observation, Provenance
+from openbelief.run_lengths import Rle
 
 NUMBERS_BYTES_MAX = 1000  # of a box or a size
 SCHEMA = """

@@ -17,8 +17,9 @@ from mcap.writer import CompressionType, Writer
 from drivers.ros.convert import transforms_message
 from drivers.ros.image_messages import camera_info_message, depth_message, jpeg_message
 from drivers.ros.messages import Message, codec, encode
-from openbelief.observation import Intrinsics, encode_rle
+from openbelief.observation import Intrinsics
 from openbelief.pose import T_CAMERA_LINK_OPTICAL, transform
+from openbelief.run_lengths import encode_rle
 from support.resident import ResidentMemory
 from support.waiting import until
 

@@ -8,8 +8,9 @@ from typing import ClassVar, Literal, TypeAlias
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
-from openbelief.observation import Intrinsics, Mask, decode_rle, encode_rle
+from openbelief.observation import Intrinsics, Mask
 from openbelief.pose import Pose2
+from openbelief.run_lengths import decode_rle, encode_rle
 
 Role: TypeAlias = Literal["input", "decision", "note"]
 

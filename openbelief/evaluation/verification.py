@@ -21,9 +21,10 @@ from openbelief.evaluation.truth import ABSENT, TrueQuery, Truth
 from openbelief.grounded.arrival import RelativeCheck
 from openbelief.grounded.levels import DoubtLevels
 from openbelief.memory import ObjectMemory
-from openbelief.observation import Mask, Observation, RgbdFrame, decode_rle
+from openbelief.observation import Mask, Observation, RgbdFrame
 from openbelief.relative_verification import Wanted, confirms, in_doubt, judge_relative
 from openbelief.request.encoded import EncodedRequest
+from openbelief.run_lengths import decode_rle
 from openbelief.verification import semantic_threshold, similarities
 
 KEPT_OUT_OF = 3  # every third frame

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from openbelief.arrays import Array, normalize
-from openbelief.observation import RgbdFrame, mask_bbox
+from openbelief.observation import RgbdFrame
 from openbelief.perception.ports import ImageEncoder, SegmentedMask
+from openbelief.run_lengths import mask_bbox
 
 MASKED_SHARE = 0.4418  # HOV-SG; the rest is the box crop's
 BOX_MARGIN_PX = 50

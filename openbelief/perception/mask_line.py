@@ -11,7 +11,8 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from openbelief.arrays import Array, unit_vector
-from openbelief.observation import Mask, Rle, decode_rle, encode_rle, mask_bbox
+from openbelief.observation import Mask
+from openbelief.run_lengths import Rle, decode_rle, encode_rle, mask_bbox
 from openbelief.settings import first_complaint
 
 FORMAT = "openbelief.perception/1"

@@ -9,7 +9,8 @@ import numpy as np
 
 from openbelief.acquisition import CROP_MARGIN_PX
 from openbelief.arrays import Array
-from openbelief.observation import Observation, decode_rle
+from openbelief.observation import Observation
+from openbelief.run_lengths import decode_rle
 from openbelief.views import Sighting
 
 MARK_BGR, EDGE_BGR = (63, 210, 255), (60, 48, 34)  # the place's yellow, on ink

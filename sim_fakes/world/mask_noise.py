@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from openbelief.arrays import Array
-from openbelief.observation import mask_bbox
+from openbelief.run_lengths import mask_bbox
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 
 from openbelief.acquisition import CROP_MAX_PX, acquire
-from openbelief.observation import Intrinsics, Mask, RgbdFrame, decode_rle
+from openbelief.observation import Intrinsics, Mask, RgbdFrame
 from openbelief.parameters import Parameters
 from openbelief.pose import apply, quaternion_from_rpy, transform
+from openbelief.run_lengths import decode_rle
 
 PARAMETERS = Parameters()
 FEATURE = np.array([1, 0, 0, 0], np.float32)

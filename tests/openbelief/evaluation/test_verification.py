@@ -11,8 +11,9 @@ from openbelief.evaluation.truth import TrueObject, TrueQuery, Truth
 from openbelief.evaluation.verification import ArrivalCase, Looks, cases_of, evaluate, kept_out, rates
 from openbelief.grounded.arrival import Naming, RelativeCheck
 from openbelief.grounded.levels import DoubtLevels
-from openbelief.observation import Intrinsics, Provenance, RgbdFrame, encode_rle
+from openbelief.observation import Intrinsics, Provenance, RgbdFrame
 from openbelief.perception.sentence import SentenceEncoder
+from openbelief.run_lengths import encode_rle
 from openbelief.verification import verify
 
 ENCODER = SentenceEncoder()

@@ -13,7 +13,7 @@ import pytest
 
 from drivers.ros.messages import header
 from openbelief.memory import ObjectMemory
-from openbelief.observation import encode_rle
+from openbelief.run_lengths import encode_rle
 from openbelief.store import BeliefStore
 from robot_app.cli import main
 from robot_app.mapping.report import alarm_lines
