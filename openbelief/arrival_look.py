@@ -39,11 +39,6 @@ class Looked:
         return [one for one in self.found if one.overlap is not None and one.overlap >= tau_arr]
 
 
-def is_unseen(shown: Visibility, parameters: Parameters) -> bool:
-    """Whether too little of the place can be seen to judge it."""
-    return shown.expected == 0 or shown.nu < parameters.tau_nu
-
-
 def look_at(
     node_points: Array,
     frame: RgbdFrame,

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from openbelief.arrays import Array
-from openbelief.arrival_look import Here, Look, Looked, is_unseen, look_at
+from openbelief.arrival_look import Here, Look, Looked, look_at
 from openbelief.grounded.arrival import Naming, RelativeCheck, SeenThere, name_of, relative_check
 from openbelief.grounded.levels import DoubtLevels
 from openbelief.grounded.reader import GroundedReader
@@ -21,7 +21,7 @@ from openbelief.observation import Mask, RgbdFrame
 from openbelief.parameters import Parameters
 from openbelief.phrase import with_article
 from openbelief.request.encoded import EncodedRequest
-from openbelief.verification import ArrivalChecks, Verdict, seen_through, unseen
+from openbelief.verification import ArrivalChecks, Verdict, is_unseen, seen_through, unseen
 
 
 @dataclass(frozen=True)

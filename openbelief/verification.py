@@ -192,7 +192,7 @@ def _decide(
     shown: Visibility, strongest: _Match | None, nearest: _Match | None, tau_q: float, parameters: Parameters
 ) -> tuple[Verdict, str]:
     """The paper's order: what cannot be seen is not judged, and what does not match is not located."""
-    if shown.expected == 0 or shown.nu < parameters.tau_nu:
+    if is_unseen(shown, parameters):
         return Verdict.INSUFFICIENT_VISIBILITY, unseen(shown, parameters.tau_nu)
     if strongest is None:
         return Verdict.NO_MATCHING_MASK, f"Nothing in view was recognised{seen_through(shown)}."
@@ -212,6 +212,11 @@ def _decide(
             f"needs {parameters.tau_arr:.0%}{seen_through(shown)}.",
         )
     return Verdict.CONFIRMED, f"{matches} at the stored place: overlap {nearest.overlap:.0%}."
+
+
+def is_unseen(shown: Visibility, parameters: Parameters) -> bool:
+    """Whether too little of the place can be seen to judge it."""
+    return shown.expected == 0 or shown.nu < parameters.tau_nu
 
 
 def unseen(shown: Visibility, tau_nu: float) -> str:

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from openbelief.arrival_look import Looked, is_unseen, look_at
+from openbelief.arrival_look import Looked, look_at
 from openbelief.evaluation.statistics import wilson
 from openbelief.evaluation.truth import ABSENT, TrueQuery, Truth
 from openbelief.grounded.arrival import RelativeCheck
@@ -25,7 +25,7 @@ from openbelief.observation import Mask, Observation, RgbdFrame
 from openbelief.relative_verification import Wanted, confirms, in_doubt, judge_relative
 from openbelief.request.encoded import EncodedRequest
 from openbelief.run_lengths import decode_rle
-from openbelief.verification import semantic_threshold, similarities
+from openbelief.verification import is_unseen, semantic_threshold, similarities
 
 KEPT_OUT_OF = 3  # every third frame
 WRONG = 5
