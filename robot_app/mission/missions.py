@@ -7,6 +7,7 @@ import os
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -19,12 +20,15 @@ from logs.trial.journal import Entry, Journal
 from openbelief.memory import ObjectMemory
 from openbelief.perception.ports import TextEncoder
 from openbelief.request import command, parse
+from openbelief.retrieval import Readout
 from robot_app.app import Robot, mission_perception, mission_text_encoder, open_robot
 from robot_app.config import Config, ConfigError, dump_config
 from robot_app.mission.attended import attended
 from robot_app.mission.operator import AGENT, SharedOperator
 from robot_app.mission.recorded import Asking, MissionSettings, run_recorded
 from robot_app.mission.safety import Watch, watched
+
+GOAL_POSE_LIBRARIES = ("scipy.ndimage", "scipy.spatial")  # that goal poses import when they are first asked for
 
 
 @dataclass(frozen=True)
@@ -147,7 +151,7 @@ def open_missions(config: Config, operator: Operator, *, kept: Config | None = N
     if config.memory is None:
         raise ConfigError('no memory is named: say memory = "site.belief" (openbelief map makes one)')
     with (
-        _opened_memory(config.memory, mission_text_encoder(config)) as (memory, memory_path),
+        _opened_memory(config.memory, mission_text_encoder(config), config.mission.readout) as (memory, memory_path),
         open_robot(config, lambda: _because(operator.stop_requested())) as robot,
         _log_file(config.trials / "log.jsonl", robot.clock),
         watched(config, robot, memory) as watch,
@@ -156,14 +160,14 @@ def open_missions(config: Config, operator: Operator, *, kept: Config | None = N
 
 
 @contextmanager
-def _opened_memory(path: Path, encoder: TextEncoder) -> Iterator[tuple[ObjectMemory, Path]]:
+def _opened_memory(path: Path, encoder: TextEncoder, readout: Readout) -> Iterator[tuple[ObjectMemory, Path]]:
     """The memory, and a path to its file that stays its own whatever is put in its place meanwhile.
 
     Raises BeliefFileError, and ConfigError where it was replaced just now.
     """
     with ExitStack() as opened:
         kept = opened.enter_context(path.open("rb")) if path.is_file() else None
-        memory = _ready_memory(path, encoder)  # says what is wrong with a file that is none
+        memory = _ready_memory(path, encoder, readout)  # says what is wrong with a file that is none
         if kept is None or os.fstat(kept.fileno()).st_ino != path.stat().st_ino:
             raise ConfigError(f"{path} was replaced while it was opened: start again")
         yield memory, Path(f"/proc/self/fd/{kept.fileno()}")
@@ -185,8 +189,10 @@ def _log_file(path: Path, clock: Clock) -> Iterator[None]:
             configure(SystemClock())
 
 
-def _ready_memory(path: Path, encoder: TextEncoder) -> ObjectMemory:
-    """The memory, its encoder loaded before anybody waits for an answer."""
+def _ready_memory(path: Path, encoder: TextEncoder, readout: Readout) -> ObjectMemory:
+    """The memory, with what a first question and its goal pose would load while pictures and an operator wait."""
     memory = ObjectMemory.open(path, text_encoder=encoder)
-    encoder.encode(["ready"])
+    memory.rank("ready", readout)
+    for library in GOAL_POSE_LIBRARIES:
+        import_module(library)
     return memory

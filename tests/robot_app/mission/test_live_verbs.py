@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import signal
+import subprocess
+import sys
 import threading
 from pathlib import Path
 
@@ -11,11 +13,8 @@ import pytest
 
 from logs.trial import records
 from logs.trial.reader import TrialReader
-from openbelief import ObjectMemory
-from robot_app.mission.missions import _ready_memory
 from robot_app.mission.replay import replay_trial
 from robot_app.signals import BECAUSE
-from support.encoders import WordEncoder
 
 ARMCHAIR = "go to the armchair"
 QUESTION = "May I walk"
@@ -106,18 +105,36 @@ def test_a_sentence_that_names_nothing_is_refused_in_one_line(terminal, config, 
     assert "names nothing" in screen.lines[-1]
 
 
-def test_the_encoder_is_loaded_before_anybody_asks(tmp_path):
-    asked = []
+# What is imported newly by the first question and its goal pose, after a mission's program said that it is ready.
+FIRST_QUESTION = """
+import sys
+from pathlib import Path
+import numpy as np
+import behaviors.mission
+from openbelief.g1 import COLOR_INTRINSICS, T_BASE_CAMERA
+from openbelief.goal_pose import goal_poses
+from openbelief.parameters import Parameters
+from openbelief.perception.sentence import SentenceEncoder
+from openbelief.pose import Pose2
+from openbelief.traversability import OCCUPIED, OccupancyGrid
+from robot_app.mission.missions import _ready_memory
 
-    class Words(WordEncoder):
-        def encode(self, texts):
-            asked.append(list(texts))
-            return super().encode(texts)
+memory = _ready_memory(Path(sys.argv[1]), SentenceEncoder(), "grounded")
+before = set(sys.modules)
+memory.rank("take me to the armchair next to the bucket", "grounded")
+cells = np.zeros((200, 200), np.int8)
+cells[100:104, 100:104] = OCCUPIED
+points = np.array([[5.1, 5.1, 0.02 * k] for k in range(20)])
+grid = OccupancyGrid(cells, 0.05, (0.0, 0.0))
+assert goal_poses(points, grid, Pose2(1.0, 1.0, 0.0), T_BASE_CAMERA, COLOR_INTRINSICS, Parameters()).poses
+print(*sorted(set(sys.modules) - before))
+"""
 
-    ObjectMemory.build([], Words()).save(tmp_path / "site.belief")
-    asked.clear()
-    _ready_memory(tmp_path / "site.belief", Words())
-    assert len(asked) == 1
+
+def test_a_first_question_and_its_goal_pose_import_nothing_while_pictures_and_an_operator_wait(config):
+    memory = config.parent / "site.belief"
+    done = subprocess.run([sys.executable, "-c", FIRST_QUESTION, memory], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == []
 
 
 def test_a_trial_attaches_the_memory_that_was_opened_not_what_lies_at_its_path_now(
