@@ -358,3 +358,14 @@ def write_recording() -> Callable[..., Path]:
         return path
 
     return write
+
+
+@pytest.fixture
+def extinguisher(make):
+    return make.box(5.0, 2.0, "fire extinguisher", "fire extinguisher")
+
+
+@pytest.fixture
+def impostor(make):
+    """The same words on the map, a vase up close; mapped first, so that it is tried first."""
+    return make.box(2.5, 5.0, "fire extinguisher", "blue vase")
