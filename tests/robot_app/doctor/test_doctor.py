@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import json
 import os
-import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
 
 from behaviors.safety_policy import SafetyPolicy
-from drivers.clock import SimClock, SystemClock
-from drivers.livox.settings import LivoxSettings
+from drivers.clock import SystemClock
 from drivers.ros.convert import battery_message
 from drivers.ros.diagnosis import Diagnosis, Severity, diagnostics_message
 from drivers.ros.messages import encode
@@ -26,26 +22,19 @@ from drivers.ros.zenoh_link import ZenohLink
 from drivers.topics import BATTERY, CAMERA_INFO, COLOR, DEPTH, DIAGNOSTICS, LIDAR, TF
 from drivers.watchdog.guard import WatchdogGuard
 from drivers.watchdog.heartbeat import Heartbeat, WatchdogView
-from openbelief import ObjectMemory, Observation, Parameters
 from robot_app.app import Robot, open_robot
-from robot_app.certs.folder import make_network
-from robot_app.certs.zenoh import ZenohNetwork
 from robot_app.cli import main
-from robot_app.config import Config, load_config
-from robot_app.config_sections import PortsSection, ZenohSection
+from robot_app.config import Config
+from robot_app.config_sections import PortsSection
 from robot_app.doctor.examination import examine_robot
 from robot_app.doctor.finding import Examined, Finding, Level
 from robot_app.doctor.link import check_bridge, stays_here
 from robot_app.doctor.robot import check_battery, check_lidar, port_topics
-from robot_app.doctor.sensors import check_real_camera, counter, examine_local
-from robot_app.doctor.topic_probe import ProbedTopic, TopicProbe
+from robot_app.doctor.topic_probe import TopicProbe
 from robot_app.doctor.watchdog import check_watchdog
-from robot_app.doctor.workstation import check_certificates, check_disk, check_memory
-from robot_app.local_sensors import open_emulated_realsense
 from robot_app.verbs.doctor import written
 from sim_fakes.sensors.livox_emulator import EmulatorSettings, LivoxEmulator
 from sim_fakes.wire.faults import garbage, shifted
-from support.encoders import WordEncoder
 
 CONFIG = Config()
 DAY_NS = 86_400 * 10**9
@@ -262,13 +251,6 @@ def test_with_the_bridge_down_the_lidar_here_is_looked_at_and_its_health_codes_a
     ]
 
 
-def test_a_lidar_that_is_not_there_is_found(tmp_path: Path) -> None:
-    livox = LivoxSettings(lidar_ip="127.88.8.8", host_ip="203.0.113.9")
-    config = Config(ports=PortsSection(lidar="real", camera="ros", pose="ros", map="ros", navigator="ros"), livox=livox)
-    [line] = examine_local(config)
-    assert line.name == "lidar" and line.level == Level.FAIL and "203.0.113.9" in line.said and line.remedy
-
-
 def test_what_onboard_says_of_its_lidar_reaches_the_doctor_at_the_workstation(
     ros_patient: Examined, eventually: Eventually
 ) -> None:
@@ -294,79 +276,11 @@ def test_what_onboard_says_of_its_lidar_reaches_the_doctor_at_the_workstation(
     assert "lidar motor" not in lines
 
 
-def test_a_camera_here_is_looked_at(eventually: Eventually) -> None:
-    with ExitStack() as opened:
-        camera = open_emulated_realsense(Config(), SystemClock(), opened)
-        eventually(lambda: camera.health().counts.frames > 0)
-        ears = TopicProbe(SystemClock())
-        ears.count("camera", counter(camera))
-        ears.listen(1.0)
-        usb, rate = check_real_camera(camera, ears)
-    assert (usb.name, usb.level) == ("camera usb", Level.OK) and "3.2" in usb.said
-    assert rate.name == "camera rate" and "of 30 Hz" in rate.said and ears.counted_hz("camera") > 0
-
-
-def test_the_rate_of_a_sensor_here_is_counted_while_it_is_listened_to() -> None:
-    clock, images = SimClock(0), [7]
-    ears = TopicProbe(clock)
-    ears.count("camera", lambda: images[0])
-    clock.every(1 / 30, lambda: images.append(images.pop() + 1))
-    ears.listen(3.0)
-    assert ears.counted_hz("camera") == pytest.approx(30, abs=0.5)
-    clock.every(1.0, lambda: images.append(images.pop() * 0))  # its process was started anew
-    ears.listen(3.0)
-    assert ears.counted_hz("camera") == 0.0
-
-
-def test_a_memory_that_is_none_is_found(tmp_path: Path) -> None:
-    (tmp_path / "site.belief").write_bytes(b"no database")
-    for path in (tmp_path / "site.belief", tmp_path / "missing.belief"):
-        [line] = check_memory(CONFIG.model_copy(update={"memory": path}), 0)
-        assert line.level == Level.FAIL and path.name in line.said and line.remedy
-    [none] = check_memory(CONFIG, 0)
-    assert none.level == Level.WARN and "openbelief map" in none.remedy
-
-
-def test_a_memory_of_another_text_encoder_is_found(tmp_path: Path) -> None:
-    points = np.random.default_rng(1).normal(0, 0.1, (200, 3)).astype(np.float32)
-    feature = np.eye(8, dtype=np.float32)[0]
-    seen = Observation(frame=0, mask=0, phrase="chair", confidence=0.9, points=points, feature=feature)
-    ObjectMemory.build([seen], WordEncoder(8, "another-encoder"), Parameters()).save(tmp_path / "site.belief")
-    memory, encoder = check_memory(CONFIG.model_copy(update={"memory": tmp_path / "site.belief"}), 0)
-    assert memory.level == Level.OK and encoder.level == Level.FAIL
-    assert "another-encoder" in encoder.said and "map again" in encoder.remedy
-
-
-def test_a_disk_that_is_nearly_full_is_found(tmp_path: Path) -> None:
-    recording = CONFIG.recording.model_copy(update={"stop_bytes": 1 << 60})
-    full = CONFIG.model_copy(update={"trials": tmp_path / "not" / "there", "recording": recording})
-    [line] = check_disk(full, 0)
-    assert line.level == Level.FAIL and "make room" in line.remedy
-
-
-def test_certificates_near_and_past_their_end_are_found(tmp_path: Path) -> None:
-    now_ns = time.time_ns()
-    make_network(tmp_path / "site", ZenohNetwork("127.0.0.1"), [], now_ns, days=30)
-    config = load_config(tmp_path / "site" / "workstation" / "robot.toml")
-    levels = [{line.level for line in check_certificates(config, now_ns + days * DAY_NS)} for days in (0, 20, 40)]
-    assert levels == [{Level.OK}, {Level.WARN}, {Level.FAIL}]
-    missing = Config(
-        ports=PortsSection(camera="ros"),
-        zenoh=ZenohSection(endpoint="tls/h:1", ca=tmp_path, certificate=tmp_path, key=tmp_path),
-    )
-    assert {line.level for line in check_certificates(missing, now_ns)} == {Level.FAIL}
-
-
 @pytest.mark.parametrize(
     ("endpoint", "here"), [("tcp/127.0.0.1:7447", True), ("tcp/localhost:1", True), ("tcp/192.168.1.2:7447", False)]
 )
 def test_only_the_loopback_may_go_unencrypted(endpoint: str, here: bool) -> None:
     assert stays_here(endpoint) is here
-
-
-def test_gaps_between_stamps_are_counted_as_missing() -> None:
-    assert ProbedTopic([k * 100 for k in range(20) if k not in (5, 9, 10)]).missing == 3
-    assert ProbedTopic([]).missing == 0
 
 
 def test_what_a_robot_says_cannot_move_the_terminals_cursor() -> None:
