@@ -21,6 +21,11 @@ from robot_app.record.recording import ON_THE_WIRE, wire_topics
 SKEW_WARN_S, SKEW_FAIL_S = 0.05, 0.25  # later stamps than 0.25 s ahead are refused by the drivers
 POSE_AGE_S = 0.5
 BATTERY_AGE_S = 10.0
+# port -> (the driver of a sensor at this machine, what is looked at there)
+DRIVERS: dict[str, tuple[type, Callable[..., Iterator[Finding]]]] = {
+    "camera": (RealSenseCamera, check_real_camera),
+    "lidar": (LivoxLidar, check_real_lidar),
+}
 
 
 def port_topics(port: str, config: Config, robot: Robot) -> tuple[Topic, ...]:
@@ -30,21 +35,21 @@ def port_topics(port: str, config: Config, robot: Robot) -> tuple[Topic, ...]:
 
 
 def check_camera(patient: Examined) -> Iterator[Finding]:
-    camera = patient.robot.camera
-    yield from fresh("camera", patient.config.ports.camera, camera.latest)
-    if isinstance(camera, RealSenseCamera):
-        yield from check_real_camera(camera, patient.ears)
-    yield from lines_of(patient.ears.diagnoses.get("camera", ()))
-    yield from _heard("camera", patient)
+    return _sensor("camera", patient)
 
 
 def check_lidar(patient: Examined) -> Iterator[Finding]:
-    lidar = patient.robot.lidar
-    yield from fresh("lidar", patient.config.ports.lidar, lidar.latest)
-    if isinstance(lidar, LivoxLidar):
-        yield from check_real_lidar(lidar, patient.ears)
-    yield from lines_of(patient.ears.diagnoses.get("lidar", ()))
-    yield from _heard("lidar", patient)
+    return _sensor("lidar", patient)
+
+
+def _sensor(port: str, patient: Examined) -> Iterator[Finding]:
+    """What a mission would take of it, what its driver knows, here or on the robot, and how it comes over the wire."""
+    sensor, (driver, check) = getattr(patient.robot, port), DRIVERS[port]
+    yield from fresh(port, getattr(patient.config.ports, port), sensor.latest)
+    if isinstance(sensor, driver):
+        yield from check(sensor, patient.ears)
+    yield from lines_of(patient.ears.diagnoses.get(port, ()))
+    yield from _heard(port, patient)
 
 
 def check_clocks(patient: Examined) -> Iterator[Finding]:
