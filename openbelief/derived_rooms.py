@@ -40,7 +40,7 @@ def derived_rooms(memory: ObjectMemory, given: Sequence[Room] = ()) -> tuple[Roo
     found = [(outline, floor) for floor in floors for outline in _outlines(floor, memory)]
     rooms, passage = [], []
     for number, ((polygon, is_passage), floor) in enumerate(found):
-        room = Room(f"room {number}", polygon, False, "", floor.heights_m if len(floors) > 1 else None)
+        room = Room(f"room {number}", polygon, False, "", floor.room_heights_m() if len(floors) > 1 else None)
         if not _covered(room, given):
             rooms.append(room)
             passage.append(is_passage)

@@ -10,6 +10,7 @@ from pathlib import Path
 from openbelief.phrase import printable
 
 APPLICATION_ID = 0x4F42454C  # "OBEL", in the SQLite header
+MAGIC = b"SQLite format 3\0"
 FORMAT = 2  # user_version; raised when an older reader would misread. 1: no columns, every row under one seal
 FIRST_FORMAT = 1
 VALUE_BYTES_MAX = (1 << 28) + (1 << 20)  # of one SQLite value; a longer one is refused before it is read
@@ -68,13 +69,20 @@ def refuse_foreign(path: Path) -> None:
         header = file.read(100)
     if not header:
         raise BeliefFileError(f"{path} is empty, not an OpenBelief memory: build it again with `openbelief map`.")
-    if not header.startswith(b"SQLite format 3\0"[: len(header)]) or (
+    if not header.startswith(MAGIC[: len(header)]) or (
         len(header) == 100 and int.from_bytes(header[68:72]) != APPLICATION_ID
     ):
         raise BeliefFileError(f"{path} is not an OpenBelief memory: give a file made by `openbelief map`.")
     pages = 0 if 2 in header[18:20] else int.from_bytes(header[28:32])  # in WAL mode the count may run ahead
     if len(header) < 100 or path.stat().st_size < pages * int.from_bytes(header[16:18]):
         raise BeliefFileError(damaged(path, f"it is cut short at {path.stat().st_size} bytes"))
+
+
+def is_memory(path: Path) -> bool:
+    """Whether a file begins as a .belief file does, whatever became of the rest of it."""
+    with path.open("rb") as file:
+        header = file.read(100)
+    return header.startswith(MAGIC) and int.from_bytes(header[68:72]) == APPLICATION_ID
 
 
 def refuse_unfinished(path: Path) -> None:

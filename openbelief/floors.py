@@ -24,6 +24,7 @@ PEAK_SHARE, OF_STOREY_SHARE = 0.05, 0.1
 WALKED_M = (0.3, 2.2)  # a camera was carried so high above a floor that was walked on
 UNDER_FLOOR_M = 0.3  # what stands on a floor may seem so much below it
 HEADROOM_M = 2.0
+BEYOND_M = 1000.0
 SAME_HEIGHT_M = 1.0  # a map drawn at this distance from a floor is that floor's
 AGREES_FREE, AGREES_WALLS, WALL_SLACK_M = 0.9, 0.7, 0.15
 PLACE_M = 0.5  # views from so near each other show the same floor
@@ -33,7 +34,8 @@ DEPTH_MAX_M = 6.0  # stereo depth is no more than a guess beyond
 
 @dataclass(frozen=True)
 class Floor:
-    """One storey. height_m: z of its floor, map frame. grid: where there are walls and floor, None where unknown."""
+    """One storey. height_m: z of its floor, map frame. heights_m: of what stands on it; the lowest and the highest one
+    have no end, so that everything stands on a floor. grid: where there are walls and floor, None where unknown."""
 
     id: int
     height_m: float
@@ -43,6 +45,11 @@ class Floor:
     def holds(self, z: float) -> bool:
         """Does what is at this height stand on this floor?"""
         return self.heights_m[0] <= z < self.heights_m[1]
+
+    def room_heights_m(self) -> tuple[float, float]:
+        """`heights_m` as a room keeps them: with ends, far below and above whatever stands on it."""
+        (low, high), ends = self.heights_m, (min(0.0, self.height_m) - BEYOND_M, max(0.0, self.height_m) + BEYOND_M)
+        return max(low, ends[0]), min(high, ends[1])
 
 
 class _Seen:
@@ -86,7 +93,7 @@ def floors_of(surroundings: Surroundings, clouds: Sequence[Array]) -> tuple[Floo
     heights = floor_heights(seen.z, seen.camera_z, seen.cameras)
     if not heights:
         heights = [floor_height(np.concatenate(clouds)) if clouds else 0.0]
-    edges = [-1000.0, *(height - UNDER_FLOOR_M for height in heights[1:]), 1000.0]
+    edges = [-np.inf, *(height - UNDER_FLOOR_M for height in heights[1:]), np.inf]
     ranges = list(pairwise(edges))
     return tuple(
         Floor(i, round(height, 3), ranges[i], _grid_of(surroundings.maps, seen, height, ranges[i]))

@@ -110,7 +110,7 @@ class SceneGraph:
         return {"view": index, "recording": self.views[index].recording, "stamp_ns": self.views[index].stamp_ns}
 
     def _rooms(self, floor: Floor, floors: Sequence[Floor]) -> tuple[RoomNode, ...]:
-        """The rooms whose heights are this floor's; a room of any height is on the floor of most of its objects."""
+        """The rooms in which something of this floor stands, and empty ones whose heights are its own."""
         here = [node for node in self.memory.objects if floor.holds(float(node.centroid[2]))]
         rooms = []
         for room in self.memory.rooms:
@@ -126,9 +126,7 @@ class SceneGraph:
             return None
         if room.heights_m is None:
             return floors[0].id
-        middle = sum(room.heights_m) / 2
-        near = min(floors, key=lambda floor: abs(sum(floor.heights_m) / 2 - middle))
-        return near.id
+        return next(floor.id for floor in floors if floor.holds(sum(room.heights_m) / 2))
 
 
 def scene_graph(memory: ObjectMemory) -> SceneGraph:

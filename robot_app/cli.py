@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import importlib
 import json
 import os
@@ -34,6 +35,7 @@ VERBS = {
     "models": "networks: list, pull, export, check",
     "bench": "measure this machine under a part's full load",
 }
+DISK_FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}  # such an error names no file
 
 
 class Failure(Exception):
@@ -146,7 +148,7 @@ def _ended(error: BaseException, verb: str | None, arguments: list[str]) -> int:
     if any(isinstance(each, KeyboardInterrupt) for each in _origins(error)):
         print(f"{name}: stopped by the user", file=sys.stderr)
         return 130
-    if isinstance(error, Failure):
+    if isinstance(error, Failure) or _is_of_a_memory(error):
         print(f"{name}: {shown(str(error))}", file=sys.stderr)
         return 1
     if isinstance(error, BrokenPipeError):
@@ -154,7 +156,16 @@ def _ended(error: BaseException, verb: str | None, arguments: list[str]) -> int:
     if isinstance(error, OSError) and _was_named(error.filename, arguments):
         print(f"{name}: {shown(str(error.filename))}: {error.strerror}.", file=sys.stderr)
         return 1
+    if isinstance(error, OSError) and error.errno in DISK_FULL:
+        print(f"{name}: what it was to write is not written: {error.strerror}.", file=sys.stderr)
+        return 1
     raise error
+
+
+def _is_of_a_memory(error: BaseException) -> bool:
+    """Whether a .belief file was refused, maybe long after it was opened: what is read of it is checked when it is."""
+    checks = sys.modules.get("openbelief.file_checks")
+    return checks is not None and isinstance(error, checks.BeliefFileError)
 
 
 def _was_named(path: object, arguments: list[str]) -> bool:

@@ -2,21 +2,54 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from robot_app.cli import Failure
 
+# how a file begins -> what it is; no page and no picture is written over one
+KEPT = {b"SQLite format 3\0": "a memory or another database", b"\x89MCAP0\r\n": "a recording"}
+
 
 def require_writable(path: Path) -> None:
-    """Raises Failure where it is a folder, or its folder is not there."""
+    """Raises Failure where it is a folder, or its folder is not there, or it is a file that cannot be made again."""
     if path.is_dir():
         raise Failure(f"{path} is a folder: name the file to write in it.")
     if not path.parent.is_dir():
         raise Failure(f"The folder {path.parent} does not exist: create it, or write to another.")
+    if what := _kept(path):
+        raise Failure(f"{path} is {what}, and would be lost: name another file.")
 
 
 def require_kind(path: Path, option: str, kinds: Sequence[str]) -> None:
     """Raises Failure where the name does not end in a kind that can be drawn."""
     if path.suffix not in kinds:
         raise Failure(f"{option} {path}: the name should end in {' or '.join(kinds)}.")
+
+
+def require_replaceable(path: Path) -> None:
+    """--force replaces a memory, whatever its state, and nothing else. Raises Failure where another file is there."""
+    from openbelief.file_checks import is_memory
+
+    if path.is_dir():
+        raise Failure(f"{path} is a folder: name the file to write in it.")
+    if path.is_file() and path.stat().st_size and not is_memory(path):
+        raise Failure(f"{path} is not a memory, and --force replaces nothing else: choose another -o.")
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """What the disk refuses becomes one Failure that names the file."""
+    try:
+        yield
+    except OSError as error:
+        raise Failure(f"{path} cannot be written: {error.strerror}.") from error
+
+
+def _kept(path: Path) -> str | None:
+    if not path.is_file():  # nothing, or a pipe or device, which would be waited for
+        return None
+    with path.open("rb") as file:
+        start = file.read(16)
+    return next((what for begin, what in KEPT.items() if start.startswith(begin)), None)

@@ -163,6 +163,8 @@ def _most_like(table: MapTable, places: Sequence[Array]) -> Array:
 
 def _spread_out(points: Array, values: Array, radius_m: float) -> Array:
     """(k, n) values summed over all points of a storey with a Gaussian of the distance, at each point."""
+    if not len(points):
+        return values
     cell = CELL_M
     low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
     while np.prod((high - low) / cell + 1) > CELLS_MAX:

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from openbelief.phrase import printable
-from robot_app.cli import Failure
+from robot_app.outputs import writing
 
 ASSETS = Path(__file__).parent
 WORDS_MAX = 200
@@ -43,10 +43,8 @@ def document(title: str, body: str, *, script: str | None = None, data: Any = No
 
 def write(path: Path, page: str) -> None:
     """Raises Failure where it cannot be written."""
-    try:
+    with writing(path):
         path.write_text(page, encoding="utf-8")
-    except OSError as error:
-        raise Failure(f"{path} cannot be written: {error.strerror}.") from error
 
 
 def text(words: Any) -> str:

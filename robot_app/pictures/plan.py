@@ -13,7 +13,8 @@ from openbelief.node import ObjectNode
 from openbelief.phrase import printable
 from openbelief.scene_graph import FloorNode, SceneGraph
 from openbelief.traversability import OCCUPIED, OccupancyGrid
-from robot_app.pictures.style import CONFIRMED, FAINT, INK, OTHER, PAPER, label_of, spread
+from robot_app.outputs import writing
+from robot_app.pictures.style import CONFIRMED, FAINT, INK, OTHER, PAPER, boxes_for_unknown_letters, label_of, spread
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -47,10 +48,11 @@ def draw_plan(graph: SceneGraph, ranks: Mapping[int, int] | None = None, title: 
 
 
 def write_plan(path: Path, figure: Figure) -> None:
-    """As the name's ending says. The same plan gives the same bytes."""
+    """As the name's ending says. The same plan gives the same bytes. Raises Failure where it cannot be written."""
     import matplotlib
 
-    with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": "openbelief"}):
+    svg = matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": "openbelief"})
+    with writing(path), svg, boxes_for_unknown_letters():
         figure.savefig(path, dpi=110, facecolor=PAPER, metadata={"Date": None} if path.suffix == ".svg" else None)
 
 

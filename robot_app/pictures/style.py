@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import textwrap
+import warnings
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from openbelief.node import ObjectNode
@@ -27,6 +29,14 @@ def wrapped(text: str, width: int) -> str:
     return "\n".join(textwrap.wrap(printable(text, 400), width))
 
 
+@contextmanager
+def boxes_for_unknown_letters() -> Iterator[None]:
+    """A letter that the font lacks is drawn as a box, which shows: no warning for each of them."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph .* missing")
+        yield
+
+
 def spread(axes: Axes, labels: Sequence[Text], *, drop: bool) -> None:
     """Move labels, the first ones first, to where they lie inside the axes and on no earlier one.
 
@@ -35,7 +45,8 @@ def spread(axes: Axes, labels: Sequence[Text], *, drop: bool) -> None:
     figure = axes.figure
     for label in labels:
         label.set_in_layout(False)
-    figure.draw_without_rendering()  # type: ignore[union-attr]
+    with boxes_for_unknown_letters():
+        figure.draw_without_rendering()  # type: ignore[union-attr]
     page = _box(axes)
     taken: list[Box] = []
     for label in labels:

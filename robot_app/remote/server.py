@@ -163,7 +163,8 @@ def why(memory: ObjectMemory, object_id: int) -> dict[str, Any]:
     from robot_app.verbs.why import explain
 
     if not 0 <= object_id < len(memory.objects):
-        raise ValueError(f"There is no object {object_id}: the memory holds 0 to {len(memory.objects) - 1}.")
+        held = f"0 to {len(memory.objects) - 1}" if memory.objects else "none"
+        raise ValueError(f"There is no object {object_id}: the memory holds {held}.")
     return explain(memory, memory.objects[object_id])
 
 

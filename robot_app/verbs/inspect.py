@@ -85,6 +85,8 @@ def _show(graph: SceneGraph) -> None:
 
 
 def _view(graph: SceneGraph, options: argparse.Namespace) -> None:
+    from robot_app.outputs import writing
+
     views = graph.views
     if not 0 <= options.view < len(views):
         most = f"it holds 0 to {len(views) - 1}" if views else "it holds none"
@@ -94,7 +96,8 @@ def _view(graph: SceneGraph, options: argparse.Namespace) -> None:
     if options.out:
         if view.camera is None:
             raise Failure(f"{options.memory} holds no picture of view {options.view}. {graph.lacks}")
-        options.out.write_bytes(graph.memory.surroundings.picture(view.camera))
+        with writing(options.out):
+            options.out.write_bytes(graph.memory.surroundings.picture(view.camera))
         report["picture"] = str(options.out)
     if options.json:
         print_json(report)

@@ -36,10 +36,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> None:
     from openbelief.derived_rooms import given_win
     from robot_app.memories import open_memory
+    from robot_app.outputs import require_replaceable
     from robot_app.room_files import read_rooms
 
     if options.out.exists() and not options.force:
         raise Failure(f"{options.out} exists: choose another name, or --force to replace it.")
+    require_replaceable(options.out)
     if not options.out.parent.is_dir():
         raise Failure(f"The folder {options.out.parent} does not exist: create it, or choose another -o.")
     old = open_memory(options.memory)

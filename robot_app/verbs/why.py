@@ -40,7 +40,8 @@ def run(options: argparse.Namespace) -> None:
         require_writable(options.html)
     memory = open_with_encoder(options.memory) if options.asked else open_memory(options.memory)
     if not 0 <= options.object < len(memory.objects):
-        raise Failure(f"{options.memory} has no object {options.object}: it holds 0 to {len(memory.objects) - 1}.")
+        most = f"it holds 0 to {len(memory.objects) - 1}" if memory.objects else "it holds none"
+        raise Failure(f"{options.memory} has no object {options.object}: {most}.")
     node = memory.objects[options.object]
     report = explain(memory, node) | {"memory": str(options.memory)}
     if options.crops:
@@ -113,13 +114,18 @@ def _explain_observation(memory: ObjectMemory, node: ObjectNode, o: Observation)
 
 
 def _write_crops(node: ObjectNode, folder: Path) -> list[Path]:
-    folder.mkdir(parents=True, exist_ok=True)
-    written = []
-    for o in node.observations:
-        if o.provenance and o.provenance.crop_jpeg:
-            path = folder / f"object{node.id}_frame{o.frame}_mask{o.mask}.jpg"
-            path.write_bytes(o.provenance.crop_jpeg)
-            written.append(path)
+    from robot_app.outputs import writing
+
+    written: list[Path] = []
+    with writing(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        for o in node.observations:
+            if o.provenance and o.provenance.crop_jpeg:
+                path = folder / f"object{node.id}_frame{o.frame}_mask{o.mask}.jpg"
+                if path in written:  # of another recording, or a repeat
+                    path = path.with_stem(f"{path.stem}_{len(written)}")
+                path.write_bytes(o.provenance.crop_jpeg)
+                written.append(path)
     return written
 
 

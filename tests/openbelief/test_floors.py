@@ -3,8 +3,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from openbelief import ObjectMemory
 from openbelief.floors import floor_heights, floors_of
 from openbelief.observation import Intrinsics
+from openbelief.rooms import Room
+from openbelief.scene_graph import scene_graph
 from openbelief.surroundings import CameraView, StoreyMap, Surroundings, ViewImages, encode_depth
 from openbelief.traversability import OccupancyGrid
 
@@ -73,3 +76,19 @@ def test_without_keyframes_the_objects_stand_on_one_floor():
     (floor,) = floors_of(Surroundings(), [np.column_stack((x, x, np.full(50, 0.4))), np.column_stack((x, x, x))])
     assert floor.grid is None and floor.height_m == pytest.approx(0.4, abs=0.05) and floor.holds(99.0)
     assert [f.height_m for f in floors_of(Surroundings(), [])] == [0.0]
+
+
+@pytest.mark.parametrize("z", [1600.0, -1200.0])
+def test_whatever_the_maps_zero_is_everything_stands_on_a_floor(z):
+    (floor,) = floors_of(site([(0, 0, 1.2, z), (1, 0, 1.2, z)]), [])
+    low, high = floor.room_heights_m()
+    assert low < z - 100 and z + 100 < high and np.isfinite([low, high]).all()
+    assert all(floor.holds(height) for height in (z, -3e9, 3e9))
+
+
+def test_an_empty_given_room_is_on_the_floor_of_its_heights(tiny_encoder):
+    around = site([(0, 0, 1.2, z) for z in (0.0, 3.0, 6.0)])
+    for number, heights_m in enumerate([(0.0, 2.5), (3.0, 5.5), (6.0, 9.0)]):
+        room = Room("store", [[0, 0], [1, 0], [1, 1]], heights_m=heights_m)
+        graph = scene_graph(ObjectMemory.build([], tiny_encoder, rooms=[room], surroundings=around))
+        assert [floor.floor.id for floor in graph.floors if floor.rooms] == [number] and len(graph.floors) == 3

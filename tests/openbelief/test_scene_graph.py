@@ -66,3 +66,10 @@ SQUARE = [[0, 0], [1, 0], [1, 1], [0, 1]]
 def test_rooms_that_are_none_are_refused_in_one_line(entries):
     with pytest.raises(ValueError, match=r"^[^\n]*[Rr]oom[^\n]*$"):
         rooms_of(entries)
+
+
+def test_at_any_height_above_the_maps_zero_every_object_is_on_a_floor(observe, tiny_encoder):
+    things = [observe("chair", at=(0, 0, 1500.0)), observe("lamp", at=(2, 0, 1500.0), mask=1)]
+    memory = ObjectMemory.build(things, tiny_encoder)
+    (floor,) = scene_graph(memory).floors
+    assert [room.objects for room in floor.rooms] == [(0, 1)]

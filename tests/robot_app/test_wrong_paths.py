@@ -42,10 +42,10 @@ READ = {
     "replay --perception": ["replay", "trial.mcap", "--perception", "recorded:HERE"],
     "trials folder": ["trials", "HERE"],
     "recover file": ["recover", "HERE"],
-    "eval retrieval memory": ["eval", "retrieval", "HERE", "site.truth.json"],
+    "eval retrieval memory": ["eval", "retrieval", "HERE", "walk.truth.json"],
     "eval retrieval truth": ["eval", "retrieval", "site.belief", "HERE"],
-    "eval retrieval --rooms": ["eval", "retrieval", "site.belief", "site.truth.json", "--rooms", "HERE"],
-    "eval rooms memory": ["eval", "rooms", "HERE", "site.truth.json"],
+    "eval retrieval --rooms": ["eval", "retrieval", "site.belief", "walk.truth.json", "--rooms", "HERE"],
+    "eval rooms memory": ["eval", "rooms", "HERE", "walk.truth.json"],
     "eval rooms truth": ["eval", "rooms", "site.belief", "HERE"],
     "models check": ["models", "check", "HERE"],
     "demo --scene": ["demo", "--scene", "HERE", "--out", "new"],
@@ -63,6 +63,7 @@ WRITE = {
     "demo --out": ["demo", "--scene", "small.json", "--out", "HERE"],
     "certs -o": ["certs", "-o", "HERE", "--robot", "192.168.1.4"],
 }
+PICTURE = {"inspect --out": ["inspect", "site.belief", "--view", "0", "--out", "HERE"]}
 
 
 def _missing(_folder: Path) -> Path:
@@ -150,6 +151,53 @@ def test_what_cannot_be_read_is_named_in_one_line(name: str, wrong: Wrong, folde
 def test_what_cannot_be_written_is_named_in_one_line(name: str, wrong: Wrong, folder, capsys) -> None:
     said = refused(WRITE[name], wrong(folder), capsys)
     assert said.startswith(("openbelief", "Try 'openbelief")) and len(said) < 1000
+
+
+@pytest.mark.parametrize("kept", ["site.belief", "walk.mcap"])
+@pytest.mark.parametrize("name", [*WRITE, *PICTURE])
+def test_nothing_is_written_over_a_memory_or_a_recording(name: str, kept: str, folder: Path, capsys) -> None:
+    here = Path("kept.png")  # of a kind that every option takes
+    shutil.copy(kept, here)
+    said = refused((WRITE | PICTURE)[name], here, capsys)
+    assert here.read_bytes() == Path(kept).read_bytes() and "kept.png" in said and len(said) < 1000
+
+
+@pytest.mark.parametrize(
+    ("name", "here"),
+    [
+        ("query --picture", "full.png"),
+        ("inspect --plan", "full.png"),
+        ("inspect --plan", "full.svg"),
+        ("inspect --html", "full.html"),
+        ("inspect --out", "full.jpg"),
+        ("why --html", "full.html"),
+    ],
+)
+def test_a_disk_that_is_full_is_one_line_that_names_the_file(name: str, here: str, folder: Path, capsys) -> None:
+    Path(here).symlink_to("/dev/full")
+    said = refused((WRITE | PICTURE)[name], Path(here), capsys)
+    assert said.endswith(f"{here} cannot be written: No space left on device.")
+
+
+def test_an_answer_that_finds_no_room_on_the_disk_is_one_line(folder: Path, monkeypatch, capsys) -> None:
+    with Path("/dev/full").open("w", buffering=1) as full:
+        monkeypatch.setattr("sys.stdout", full)
+        assert main(["inspect", "site.belief", "--json"]) == 1
+        monkeypatch.undo()
+        said = capsys.readouterr().err
+        assert said == "openbelief inspect: what it was to write is not written: No space left on device.\n"
+
+
+@pytest.mark.parametrize("kept", ["walk.mcap", "small.json", "robot.toml"])
+@pytest.mark.parametrize("name", ["map -o", "rebuild -o"])
+def test_force_replaces_a_memory_and_nothing_else(name: str, kept: str, folder: Path, capsys) -> None:
+    before = Path(kept).read_bytes()
+    said = refused([*WRITE[name], "--force"], Path(kept), capsys)
+    assert Path(kept).read_bytes() == before and f"{kept} is not a memory" in said
+    for old in (Path("site.belief").read_bytes()[:5000], b""):  # one cut short can be replaced, and an empty file
+        Path("old.belief").write_bytes(old)
+        arguments = ["rebuild", "site.belief", "-o", "old.belief", "--force"]
+        assert main(arguments) == 0 and len(Path("old.belief").read_bytes()) > 5000
 
 
 OCCUPIED = {

@@ -285,8 +285,9 @@ def test_a_thing_that_was_never_named_is_ranked_by_what_it_looks_like(site):
 
 def test_an_empty_memory_has_no_candidates(site):
     memory = site.memory()
-    assert memory.rank("the chair", readout="grounded") == []
-    assert memory.answer("the chair").answer == "not found"
+    for sentence in ("the chair", "the chair in the kitchen", "the nearest chair in the kitchen or the office"):
+        assert memory.rank(sentence, readout="grounded") == []
+        assert memory.answer(sentence).answer == "not found"
 
 
 def test_looks_may_count_moments_in_time(site):

@@ -3,6 +3,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -91,6 +92,15 @@ def test_why_shows_every_phrase_weight_frame_and_mask(memory, capsys, tmp_path):
     ]
     assert result["observations"][0]["weight"] == pytest.approx(0.8 * 216**0.5)
     assert len(list((tmp_path / "crops").iterdir())) == 3
+
+
+def test_crops_of_masks_that_share_their_numbers_are_all_kept(memory, capsys, tmp_path):
+    chair = ObjectMemory.open(memory).objects[0].observations[0]
+    source = replace(chair.provenance, recording="another walk")
+    walks = [chair, Observation(chair.frame, chair.mask, "chair", 0.8, chair.points, chair.feature, source)]
+    ObjectMemory.build(walks, SentenceEncoder()).save(tmp_path / "two.belief")
+    written = answer(capsys, "why", tmp_path / "two.belief", 0, "--crops", tmp_path / "crops")["crops"]
+    assert len(set(written)) == 2 == len(list((tmp_path / "crops").iterdir()))
 
 
 def test_why_says_what_each_part_of_a_sentence_added_for_an_object(memory, capsys):
