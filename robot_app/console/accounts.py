@@ -10,7 +10,7 @@ import secrets
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, TypedDict, get_args
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, get_args
 
 from openbelief.documents import from_json
 from robot_app.cli import Failure
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 Role = Literal["viewer", "operator"]
 ROLES: tuple[Role, ...] = get_args(Role)
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9._-]{0,31}")
+PHC = re.compile(r"\$argon2id\$v=\d+\$m=\d+,t=\d+,p=\d+\$[A-Za-z0-9+/]+\$[A-Za-z0-9+/]+")
+OTHERS = 0o077  # a hash can be guessed at by who reads it, and an account made by who writes it
 PASSWORD_MIN, PASSWORD_MAX = 10, 200
 # RFC 9106's second recommendation: 64 MiB, three passes, four lanes. 0.2 s and more for each guess.
 ITERATIONS, LANES, MEMORY_KIB, SALT_BYTES, HASH_BYTES = 3, 4, 64 << 10, 16, 32
@@ -72,15 +74,22 @@ class Accounts:
         return Account(name, entry["role"]) if entry and right else None
 
     def _entries(self) -> dict[str, AccountEntry]:
-        if self.path is None or not self.path.exists():
+        if self.path is None:
             return {}
         try:
+            if self.path.stat().st_mode & OTHERS:
+                raise Failure(f"{self.path} can be read or written by others: chmod 600 {self.path}")
             entries = from_json(self.path.read_text(encoding="utf-8"))["accounts"]
-            if all(set(e) == {"role", "password"} and e["role"] in ROLES for e in entries.values()):
+            if all(_is_entry(entry) for entry in entries.values()):
                 return dict(entries)
+        except FileNotFoundError:
+            return {}
         except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
             raise Failure(f"{self.path} cannot be read as accounts: {error}") from error
-        raise Failure(f"{self.path} cannot be read as accounts: each has a role ({', '.join(ROLES)}) and a password")
+        raise Failure(
+            f"{self.path} cannot be read as accounts: each has a role ({', '.join(ROLES)}) and the hash of a password;"
+            " openbelief accounts add NAME makes one"
+        )
 
     def _write(self, entries: dict[str, AccountEntry]) -> None:
         if self.path is None:
@@ -90,6 +99,10 @@ class Accounts:
         with os.fdopen(handle, "w", encoding="utf-8") as file:
             json.dump({"accounts": entries}, file, indent=1)
         Path(name).replace(self.path)
+
+
+def _is_entry(entry: Any) -> bool:
+    return set(entry) == {"role", "password"} and entry["role"] in ROLES and bool(PHC.fullmatch(entry["password"]))
 
 
 def hashed(password: str) -> str:

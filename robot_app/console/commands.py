@@ -13,6 +13,7 @@ from logs.structured import neutralise
 from robot_app.console.accounts import Role
 from robot_app.console.snapshots import Snapshots
 from robot_app.console.talk import Talk
+from robot_app.mission.command_replies import is_stop
 from robot_app.mission.lease import Lease, Refused
 from robot_app.mission.operator import SENTENCE_MAX, SharedOperator
 
@@ -110,8 +111,8 @@ class Commands:
             return _refusal(message.id, str(refused))
 
     def _check(self, page: Page, message: Message) -> None:
-        """Anybody may stop; the rest is an operator's, given in view of what is now."""
-        if isinstance(message, StopCommand):
+        """Anybody may stop, in any words; the rest is an operator's, given in view of what is now."""
+        if isinstance(message, StopCommand) or (isinstance(message, AskCommand) and is_stop(message.text)):
             return
         if page.role != "operator":
             raise Refused("You are a viewer: you may look, and STOP.")
@@ -148,11 +149,14 @@ class Commands:
         return "You no longer command the robot."
 
     def _ask(self, page: Page, message: AskCommand) -> str:
-        from openbelief.target_phrase import target_phrase
+        from robot_app.mission.recorded import not_a_command
 
         text = " ".join(message.text.split())
+        if is_stop(text):
+            self._operator.stop(because=f"{page.name} said {text!r}", who=page.name, how=HOW)
+            return "STOP was heard."
         try:
-            target_phrase(text)
+            not_a_command(text)
         except ValueError as error:
             raise Refused(str(error)) from error
         notes = self._talk.notes(page.name, message.heard, text) if self._talk and message.heard else ()

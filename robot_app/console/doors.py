@@ -75,15 +75,20 @@ class Doors:
     def _refusal(self, scope: Scope) -> str | None:
         named = {key.decode("latin-1"): value.decode("latin-1") for key, value in scope["headers"]}
         if named.get("host", "").lower() not in self._address.hosts:
-            return "This console does not answer to that host name."
+            return "This console does not answer to that host name: open the address that its terminal names."
         origin = named.get("origin")
         changes = scope["type"] == "websocket" or scope["method"] not in SAFE_METHODS
         if (changes or origin is not None) and origin not in self._address.origins:
             return "That came from a page of another site."
-        length = named.get("content-length", "0")
-        if scope["type"] == "http" and changes and (not length.isdigit() or int(length) > BODY_MAX):
-            return "That is too large."
-        return None
+        return _too_much(named) if scope["type"] == "http" else None
+
+
+def _too_much(named: dict[str, str]) -> str | None:
+    """A body that does not say its length (chunked) would be kept whole before anybody asks who sends it."""
+    length = named.get("content-length", "0")
+    if "transfer-encoding" in named or not length.isdecimal() or int(length) > BODY_MAX:
+        return f"That is too large: {BODY_MAX >> 10} KiB, told beforehand, is the limit."
+    return None
 
 
 def _with_headers(send: Send) -> Send:

@@ -103,7 +103,7 @@ class Hub:
     async def _receive(self, connection: Connection) -> None:
         socket, page = connection.socket, connection.page
         while True:
-            text = await socket.receive_text()
+            text = await _received(socket)
             stops = '"stop"' in text  # STOP is never too much
             if self._session_of(socket) is None:
                 await socket.close(CLOSED_LOGGED_OUT)
@@ -158,5 +158,13 @@ class Hub:
                 if picture is not None and picture[0] != shown:
                     shown = picture[0]
                     await socket.send_bytes(shown.to_bytes(8, "big") + picture[1])
-                    await socket.receive_text()
+                    await _received(socket)
                 await asyncio.sleep(CAMERA_S)
+
+
+async def _received(socket: WebSocket) -> str:
+    """The next message; "" for bytes, which are no command. Raises WebSocketDisconnect."""
+    message = await socket.receive()
+    if message["type"] == "websocket.disconnect":
+        raise WebSocketDisconnect(message.get("code", 1000))
+    return message.get("text") or ""

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from robot_app.cli import Failure
 from robot_app.config_sections import ConsoleSection
 from robot_app.console.accounts import Accounts
+from robot_app.console.certificate import require_certificate
 from robot_app.console.doors import Address
 
 
@@ -35,15 +36,25 @@ def listening_of(text: str) -> Listening:
     host = host.removeprefix("[").removesuffix("]") or "127.0.0.1"
     try:
         address = ipaddress.ip_address(host if host != "localhost" else "127.0.0.1")
-        if not 0 <= int(port) <= 65535 or address.is_unspecified:
-            raise ValueError  # one address: a console never listens at all interfaces
+        if not 0 <= int(port) <= 65535:
+            raise ValueError
     except ValueError:
         raise ValueError(f"[HOST:]PORT is needed, an address and a port like 192.168.1.5:8800, not {text!r}") from None
+    if address.is_unspecified:
+        why = f"{host} would be every network that this machine is in"
+        raise ValueError(f"one address is needed, like 192.168.1.5:8800: {why}")
     return Listening(host, int(port))
 
 
 def checked(listening: Listening, settings: ConsoleSection, accounts: Accounts) -> None:
-    """Refuses to be reached from elsewhere without TLS and somebody who can log in. Raises Failure."""
+    """Refuses to be reached from elsewhere without TLS and somebody who can log in; never serves what cannot be used.
+
+    Raises Failure.
+    """
+    somebody = len(accounts) > 0  # also at this machine alone: a file that cannot be read is said now, not at a login
+    if settings.certificate is not None and settings.key is not None:
+        hosts = () if listening.loopback else (listening.host, *settings.hosts)
+        require_certificate(settings.certificate, settings.key, hosts)
     if listening.loopback:
         return
     if settings.certificate is None:
@@ -51,7 +62,7 @@ def checked(listening: Listening, settings: ConsoleSection, accounts: Accounts) 
             f"The console is not opened to {listening.host} without TLS: openbelief certs --console makes a"
             " certificate; name it with [console] certificate and key in robot.toml, or leave the host out"
         )
-    if not len(accounts):
+    if not somebody:
         raise Failure(
             f"The console is not opened to {listening.host} while nobody can log in: openbelief accounts add NAME"
         )

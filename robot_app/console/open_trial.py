@@ -13,6 +13,7 @@ from behaviors.safety_policy import SafetyPolicy
 from drivers.ports import CameraFrame
 from logs.trial import records
 from logs.trial.reader import TrialReader
+from openbelief.documents import from_toml
 from openbelief.memory import ObjectMemory
 from openbelief.traversability import OccupancyGrid
 from robot_app.console.site_plan import grid_json, grid_png, jpeg, site_json
@@ -61,7 +62,7 @@ class OpenTrial:
             "commit": self._trial.commit,
             "memory_hash": self._trial.about.memory_hash,
             "steps": self._steps,
-            "site": site_json(self.memory, SafetyPolicy()) if self.memory else None,
+            "site": site_json(self.memory, _zones(self._trial.configuration)) if self.memory else None,
             "grid": grid_json(self.grid) if self.grid else None,
         }
 
@@ -129,6 +130,15 @@ WORDS: dict[type[records.Record], Callable[[Any], str]] = {
     records.Feedback: lambda feedback: f"{feedback.distance_remaining_m:.1f} m to go",
     records.Ended: lambda ended: f"{ended.end}: {ended.reason}",
 }
+
+
+def _zones(configuration: str | None) -> SafetyPolicy:
+    """The keep-out areas of then; none where the trial has no configuration, or one of a form that is not read now."""
+    try:
+        said = from_toml(configuration or "").get("safety", {})
+        return SafetyPolicy(keep_out=said.get("keep_out", ()), allowed=said.get("allowed", ()))
+    except (ValueError, AttributeError):
+        return SafetyPolicy()
 
 
 def _attached_memory(trial: TrialReader) -> ObjectMemory | None:

@@ -171,7 +171,7 @@ def _running(app: Any, bound: socket.socket, settings: ConsoleSection) -> Iterat
     try:
         config.load()
     except (OSError, ssl.SSLError) as error:
-        raise Failure(f"The console's certificate cannot be used: {error}") from error
+        raise Failure(f"The console's certificate cannot be used: {error}") from error  # it was changed just now
     server = uvicorn.Server(config)
     thread = threading.Thread(target=server.run, kwargs={"sockets": [bound]}, name="console", daemon=True)
     thread.start()

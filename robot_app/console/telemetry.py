@@ -75,6 +75,7 @@ class Telemetry(Lifetime):
         self.readings, self.picture = Readings(), Picture()
         self._ended = threading.Event()
         self._slow_at_s = 0.0
+        self._slow_silent: dict[str, str] = {}  # why battery or disk told nothing when they were last asked
         self._battery: float | None = None
         self._disk: int | None = None
         self._thread = threading.Thread(target=self._run, name="telemetry", daemon=True)
@@ -98,10 +99,19 @@ class Telemetry(Lifetime):
             self.picture.show(frame)
         if time.monotonic() >= self._slow_at_s:
             self._slow_at_s = time.monotonic() + SLOW_S
-            self._disk = shutil.disk_usage(self._folder).free
-            self._battery = self._charge(silent)
+            self._slow_silent = {}
+            self._disk = self._free_bytes(self._slow_silent)
+            self._battery = self._charge(self._slow_silent)
         age_s = None if frame is None else (self._robot.clock.now_ns() - frame.stamp_ns) / 1e9
-        return Readings(pose, self._battery, self._disk, age_s, self._link(), tuple(silent.items()))
+        why = tuple((silent | self._slow_silent).items())
+        return Readings(pose, self._battery, self._disk, age_s, self._link(), why)
+
+    def _free_bytes(self, silent: dict[str, str]) -> int | None:
+        try:
+            return shutil.disk_usage(self._folder).free
+        except OSError as error:  # a disk that was pulled out takes no other reading with it
+            silent["disk"] = f"{self._folder} cannot be reached: {error.strerror}"
+            return None
 
     def _charge(self, silent: dict[str, str]) -> float | None:
         battery = self._robot.battery

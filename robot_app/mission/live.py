@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import signal
-import sys
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from logs.structured import neutralise
 from logs.trial.journal import Journal
 from robot_app.mission.missions import Missions
 from robot_app.mission.operator import SharedOperator
@@ -35,7 +33,7 @@ def run_missions(
                 sentence.text, who=sentence.who, how=sentence.how, watching=watching, notes=sentence.notes
             )
         except ValueError as error:
-            print(f"openbelief run: {neutralise(str(error))}", file=sys.stderr)
+            operator.tell(f"Not asked: {error}")  # on every face: whoever asked may sit at a page
             continue
         finally:
             operator.ended()

@@ -101,12 +101,12 @@ class SharedOperator:
         with self._changed:
             before = self._leases.current
             lease = self._leases.take(who, how, over=over, beats=beats)
+            dropped = self._sentences.drop() if before is not None else ()
             if before is not None:
-                self._sentences.drop()
                 self._void()
             self._changed.notify_all()
         since = f" It was {before.holder}." if before else ""
-        self._notices.tell(Change.LEASE, f"{lease.holder} commands the robot now.{since}")
+        self._notices.tell(Change.LEASE, f"{lease.holder} commands the robot now.{since}{_not_asked(dropped)}")
         return lease
 
     def release(self, lease: Lease) -> None:
@@ -198,8 +198,7 @@ class SharedOperator:
             self._stop = self._stop or StopRequest(because, who, how, self._epoch_ns())
             dropped = self._sentences.drop()
             self._changed.notify_all()
-        words = "".join(f" Not asked any more: {sentence.text!r}." for sentence in dropped)
-        self._notices.tell(Change.STOPPED, f"STOP: {because}.{words}")
+        self._notices.tell(Change.STOPPED, f"STOP: {because}.{_not_asked(dropped)}")
 
     def interrupt(self, *, because: str, how: str = "") -> None:
         """Ctrl-C or a kill: ends the program where it waits for a sentence, and else is a STOP."""
@@ -312,3 +311,7 @@ class SharedOperator:
     def _void(self) -> None:
         if self._question is not None:
             self._question.void = True
+
+
+def _not_asked(dropped: tuple[Sentence, ...]) -> str:
+    return "".join(f" Not asked any more: {sentence.text!r}." for sentence in dropped)

@@ -8,6 +8,7 @@ import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 
 from behaviors.supervision import Sources, Supervision, nothing_wrong
 from drivers.ports import Navigator, Safety
@@ -51,7 +52,7 @@ def watched(config: Config, robot: Robot, memory: ObjectMemory) -> Iterator[Watc
         camera=robot.camera,
         lidar=robot.lidar if config.safety.lidar == "used" else None,
         battery=robot.battery,
-        disk_free_bytes=lambda: shutil.disk_usage(config.trials).free,
+        disk_free_bytes=lambda: _writable_bytes(config.trials),
         link=_link_trouble(wire.link),
         watchdog=watchdog.trouble if needed else nothing_wrong,
         memory=memory,
@@ -81,6 +82,14 @@ def _await_first_data(robot: Robot, safety: Safety) -> None:
         if time.monotonic() > give_up_s:
             return
         robot.clock.sleep(LOOK_S)
+
+
+def _writable_bytes(folder: Path) -> int:
+    """0 where the folder cannot be reached (a disk that was pulled out): nothing can be written there."""
+    try:
+        return shutil.disk_usage(folder).free
+    except OSError:
+        return 0
 
 
 def _link_trouble(link: ZenohLink) -> Callable[[], str | None]:

@@ -11,6 +11,8 @@ export class AskLine {
     this.answer = $("ask-answer");
     this.talk = new Talk((answer) => this.say(answer));
     $("ask").addEventListener("submit", (event) => { event.preventDefault(); this.ask(); });
+    // Where the button waits for the command, Enter still asks: to be refused in words, and to stop in words.
+    $("ask-words").addEventListener("keydown", (event) => { if (event.key === "Enter" && $("ask-send").disabled) this.ask(); });
     $("take").addEventListener("click", () => this.take());
     $("release").addEventListener("click", async () => this.say(await link.command({type: "release"})));
   }

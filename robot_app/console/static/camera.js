@@ -117,10 +117,11 @@ export class CameraStream {
 }
 
 // What is said under the picture: how old it is, or why there is none.
-export function pictureWords(robot) {
+// hereMs: since the newest picture came to this page, which knows nothing of the robot's camera while its link is down.
+export function pictureWords(robot, hereMs) {
   if (!robot) return "No picture yet.";
   if (robot.silent.camera) return robot.silent.camera;
-  const age = robot.camera_age_s;
-  if (age === null) return "No picture yet.";
+  if (robot.camera_age_s === null || hereMs === Infinity) return "No picture yet.";
+  const age = Math.max(robot.camera_age_s, hereMs / 1000);
   return age > LATE_S ? `No new picture for ${age.toFixed(1)} s.` : "Live.";
 }

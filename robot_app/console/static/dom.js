@@ -48,17 +48,23 @@ export function whenChanged(draw) {
   };
 }
 
+async function answerOf(url, options) {
+  try {
+    return await fetch(url, {credentials: "same-origin", ...options});
+  } catch {
+    throw new Error("There is no link to the console.");
+  }
+}
+
 export async function getJson(url) {
-  const response = await fetch(url, {credentials: "same-origin", cache: "no-store"});
+  const response = await answerOf(url, {cache: "no-store"});
   const body = await response.json().catch(() => ({}));
   if (!response.ok) throw Object.assign(new Error(body.error || `The console answers ${response.status}.`), {status: response.status});
   return body;
 }
 
 export async function postJson(url, body = {}) {
-  const response = await fetch(url, {
-    method: "POST", credentials: "same-origin", headers: {"content-type": "application/json"}, body: JSON.stringify(body),
-  });
+  const response = await answerOf(url, {method: "POST", headers: {"content-type": "application/json"}, body: JSON.stringify(body)});
   const answer = await response.json().catch(() => ({}));
   if (!response.ok) throw Object.assign(new Error(answer.error || `The console answers ${response.status}.`), {status: response.status});
   return answer;

@@ -5,6 +5,8 @@ import {openSocket} from "./socket.js";
 const RETRY_MS = 500;
 const DEAD_MS = 2500; // ten snapshots a second: a socket that is silent for so long leads nowhere
 const ANSWER_MS = 3000;
+// Why the console closed a socket; the others went away by themselves.
+const REFUSED = {4408: "This page sent too much.", 4429: "Too many pages look at this robot: close some."};
 const PAGE = Array.from(crypto.getRandomValues(new Uint8Array(12)), (byte) => byte.toString(16).padStart(2, "0")).join("");
 
 export class Link {
@@ -17,6 +19,7 @@ export class Link {
     this.next = 1;
     this.state = {};
     this.ended = false;
+    this.refused = "";
   }
 
   start() {
@@ -50,6 +53,7 @@ export class Link {
 
   closed(event) {
     this.open = false;
+    this.refused = REFUSED[event.code] || "";
     for (const give of this.waiting.values()) give({ok: false, text: "No answer: the link went down. Look at the robot."});
     this.waiting.clear();
     this.onChange();
@@ -67,6 +71,7 @@ export class Link {
       return;
     }
     this.heardAt = performance.now();
+    this.refused = "";
     this.state = {...this.state, ...message};
     this.onState(this.state);
   }

@@ -19,7 +19,8 @@ export class Live {
     this.state = null; // the newest snapshot
     this.painted = null; // the one on the screen
     this.selected = null;
-    this.live = null; // the newest picture
+    this.live = null; // the newest picture, which came at liveAt
+    this.liveAt = -Infinity;
     this.look = null; // {stamp, image}
     this.wantsLook = false;
     this.stop = new Stop(this.link);
@@ -30,7 +31,7 @@ export class Live {
     this.plan = new Plan($("plan"), {onPick: (id) => this.select(id)});
     this.picture = new Picture($("camera"), $("camera-words"));
     this.evidence = new Evidence($("evidence"), $("evidence-for"));
-    this.stream = new CameraStream((image) => { this.live = image; this.fresh = true; });
+    this.stream = new CameraStream((image) => { this.live = image; this.liveAt = performance.now(); this.fresh = true; });
     this.listen();
     this.candidates = whenChanged((_, mission, hands) => this.drawCandidates(mission, hands));
     this.log = whenChanged((said) => this.drawLog(said));
@@ -102,7 +103,20 @@ export class Live {
     if (this.toBeat !== undefined) { this.link.beat(this.toBeat); this.toBeat = undefined; }
     this.link.check();
     if (this.state && (this.state !== this.painted || this.stale || this.fresh)) this.paint(this.state);
-    else if (this.state && performance.now() - (this.ticked || 0) > 200) { this.ticked = performance.now(); drawStatus(this.state, this.link); this.question.tick(); }
+    else if (performance.now() - (this.ticked || 0) > 200) this.tick();
+  }
+
+  // Without news: how old what is shown has become.
+  tick() {
+    this.ticked = performance.now();
+    if (!this.state) return text($("reason"), this.link.refused);
+    drawStatus(this.state, this.link);
+    this.question.tick();
+    if (!this.wantsLook || !this.look) this.picture.say(this.liveWords());
+  }
+
+  liveWords() {
+    return pictureWords(this.state.robot, performance.now() - this.liveAt);
   }
 
   paint(state) {
@@ -111,7 +125,7 @@ export class Live {
     this.stale = false;
     drawStatus(state, this.link);
     this.ask.show(state);
-    this.question.show(operator.question, state.you?.epoch, mission?.candidates);
+    this.question.show(operator.question, state.you?.epoch, mission?.candidates, answerWords(state));
     this.paintMission(state, mission);
     this.log(state.said || []);
     this.speech.show(state.speech, Boolean(state.you?.epoch));
@@ -125,7 +139,7 @@ export class Live {
     const asked = state.operator.question;
     const hands = asked && state.you?.epoch && asked.options.length ? asked.id : null;
     if (asked?.object_id !== undefined && asked?.id !== this.askedFor) { this.askedFor = asked?.id; if (asked) this.selected = asked.object_id; }
-    this.candidates([mission?.candidates, mission?.chosen, mission?.path_length_m, hands, this.selected], mission, hands);
+    this.candidates([mission?.candidates, mission?.outcome, mission?.chosen, mission?.path_length_m, hands, this.selected], mission, hands);
     this.evidence.show(this.selected ?? mission?.chosen ?? null, mission);
     const look = mission?.looks.at(-1) || null;
     this.checks(look);
@@ -152,7 +166,7 @@ export class Live {
       this.picture.say(`What was judged: ${this.look.look.verdict}. Dashed: where the map remembers it.`);
     } else {
       this.picture.show(this.live);
-      this.picture.say(pictureWords(state.robot));
+      this.picture.say(this.liveWords());
     }
   }
 
@@ -167,7 +181,7 @@ export class Live {
 
   drawCandidates(mission, hands) {
     shown($("no-candidates"), !mission?.candidates.length);
-    text($("no-candidates"), mission && mission.outcome === null ? "Looking through the memory …" : "Nothing was asked for yet.");
+    text($("no-candidates"), !mission ? "Nothing was asked for yet." : mission.outcome ? "None were chosen from." : "Looking through the memory …");
     text($("candidates-for"), mission?.target ? `for “${mission.target}”` : "");
     const act = hands === null ? null : {take: (number) => this.question.answer("take", number), leave: (number) => this.question.answer("not this one", number)};
     drawCandidates($("candidates"), mission, {onSelect: (id) => this.select(id), hands: act, selected: this.selected});
@@ -188,6 +202,11 @@ export class Live {
 function saidWords(said) {
   const name = said.match(/^trial: (?:.*\/)?([\w.-]+\.mcap)$/)?.[1];
   return name ? element("a", {href: `#trials/${encodeURIComponent(name)}`}, "Recorded: look at this trial") : said;
+}
+
+function answerWords({you, operator}) {
+  if (you?.role !== "operator") return "An operator answers.";
+  return operator.lease ? "Another commands; take over to answer." : "Nobody commands; take command to answer.";
 }
 
 function planWords(state, mission) {

@@ -4,24 +4,34 @@ import {$, attribute, getJson, postJson, shown, text} from "./dom.js";
 import {Live} from "./live.js";
 import {Trials} from "./trials.js";
 
+const PAIRING = /^#pair=([\w-]+)$/;
+const ENDED = "You were logged out: the session has ended, or the console was started anew.";
+
 let live = null;
+let leaving = false; // logging out by hand
 const trials = new Trials();
 
 async function begin() {
   theme(localStorage.getItem("theme") === "light" ? "light" : "dark");
-  const pairing = location.hash.match(/^#pair=([\w-]+)$/);
+  const pairing = location.hash.match(PAIRING), before = sessionStorage.getItem("logged-out") || "";
+  sessionStorage.removeItem("logged-out");
   if (pairing) {
     history.replaceState(null, "", "/#live");
     try {
       return enter(await postJson("/api/pair", {token: pairing[1]}));
     } catch (error) {
-      return login(error.message);
+      return resume(error.message); // a link that was opened twice shuts nobody out
     }
   }
+  await resume(before);
+}
+
+// Whoever is logged in goes on; refusal: why a link was no way in.
+async function resume(refusal) {
   try {
     enter(await getJson("/api/me"));
   } catch (error) {
-    login(error.status === 401 ? "" : error.message);
+    login(refusal || (error.status === 401 ? "" : error.message));
   }
 }
 
@@ -37,7 +47,7 @@ function login(words) {
 function enter() {
   shown($("login"), false);
   shown($("app"), true);
-  live = new Live({onLoggedOut: () => location.reload()});
+  live = new Live({onLoggedOut: () => { if (!leaving) sessionStorage.setItem("logged-out", ENDED); location.reload(); }});
   window.openbelief = live; // for the tests and the bench, which look at what is painted
   live.start();
   place();
@@ -80,8 +90,17 @@ $("theme").addEventListener("click", () => {
   localStorage.setItem("theme", next);
   theme(next);
 });
-$("logout").addEventListener("click", async () => { await postJson("/api/logout"); location.reload(); });
-window.addEventListener("hashchange", place);
+$("logout").addEventListener("click", async () => {
+  leaving = true;
+  try {
+    await postJson("/api/logout");
+    location.reload();
+  } catch (error) {
+    leaving = false;
+    live?.ask.say({ok: false, text: `Not logged out: ${error.message}`});
+  }
+});
+window.addEventListener("hashchange", () => (PAIRING.test(location.hash) ? location.reload() : place())); // a link opened in this tab
 
 // A keyboard on the screen covers the page's foot, and STOP, where the browser lays out nothing anew for it.
 const view = window.visualViewport;

@@ -43,7 +43,7 @@ export class Evidence {
   }
 
   async show(objectId, mission) {
-    const key = `${objectId}/${mission?.candidates.length || 0}/${mission?.target || ""}`;
+    const key = JSON.stringify([objectId, (mission?.candidates || []).map((each) => [each.object_id, each.number, each.score])]);
     if (objectId === null || objectId === undefined || key === this.shown) return;
     this.shown = key;
     try {

@@ -13,8 +13,9 @@ export class Question {
   }
 
   // asked: of the operator, null where nothing is asked; epoch: of our lease, null where another commands.
-  show(asked, epoch, candidates) {
-    this.epoch = epoch;
+  // mayAnswer: what somebody who does not command may do about it.
+  show(asked, epoch, candidates, mayAnswer) {
+    Object.assign(this, {epoch, mayAnswer});
     if (asked?.id !== this.asked?.id) this.open(asked, candidates);
     if (!asked) return;
     this.endsAt = performance.now() + 1000 * asked.left_s;
@@ -48,7 +49,7 @@ export class Question {
     if (!this.asked) return;
     const left = Math.max(0, this.endsAt - performance.now()) / 1000;
     attribute($("ring"), "stroke-dashoffset", (100 * (1 - left / this.asked.timeout_s)).toFixed(1));
-    const wait = this.sent ? "Sent." : this.epoch ? "" : " Another commands; take over to answer.";
+    const wait = this.sent ? "Sent." : this.epoch ? "" : ` ${this.mayAnswer}`;
     text($("question-left"), `${Math.ceil(left)} s left.${wait} `);
   }
 

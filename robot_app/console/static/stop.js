@@ -3,6 +3,8 @@
 import {$, postJson, text} from "./dom.js";
 
 const SHOWN_MS = 4000;
+const LATE_MS = 1000; // from here on a person reaches for the remote, whatever may still come
+const LOST = "NOT HEARD: use the remote";
 const RETRIES = 20;
 const RETRY_MS = 250;
 
@@ -29,6 +31,7 @@ export class Stop {
     performance.mark("stop-pressed");
     this.show("sent", "Stopping …");
     const pressed = (this.pressed = Symbol("press"));
+    this.late = setTimeout(() => this.show("lost", LOST), LATE_MS);
     for (let attempt = 0; attempt < RETRIES; attempt++) {
       const answer = await this.send();
       if (pressed !== this.pressed) return;
@@ -37,7 +40,7 @@ export class Stop {
         this.calm = setTimeout(() => this.show("", "Software stop · Esc"), SHOWN_MS);
         return;
       }
-      this.show("lost", "NOT HEARD: use the remote");
+      this.show("lost", LOST);
       await new Promise((resume) => setTimeout(resume, RETRY_MS));
     }
   }
@@ -50,6 +53,7 @@ export class Stop {
 
   show(state, words) {
     clearTimeout(this.calm);
+    clearTimeout(this.late);
     this.button.dataset.state = state;
     text(this.words, words);
   }

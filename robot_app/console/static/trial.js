@@ -17,6 +17,7 @@ export class TrialPage {
     this.box.replaceChildren(element("p", {class: "faint", role: "status"}, `Reading ${this.name} …`));
     try {
       this.trial = await getJson(this.url);
+      if (!this.trial.steps.length) throw new Error(`${this.name} was cut off before anything happened in it.`);
     } catch (error) {
       this.box.replaceChildren(element("p", {class: "refused", role: "alert"}, error.message), element("a", {href: "#trials"}, "All trials"));
       return;
@@ -102,6 +103,8 @@ export class TrialPage {
         await this.draw(step, await getJson(`${this.url}/view/${step}`));
         this.drawn = step;
       }
+    } catch (error) {
+      text(this.reason, `This step cannot be shown: ${error.message}`);
     } finally { this.asking = false; }
   }
 

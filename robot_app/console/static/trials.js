@@ -47,18 +47,20 @@ export class Trials {
     try {
       this.rows = (await getJson("/api/trials")).trials;
       this.draw();
+      this.failed = false;
     } catch (error) {
+      this.failed = true;
       text(this.count, error.message);
     }
     clearTimeout(this.timer);
-    if (this.rows.some((row) => row.reading)) this.timer = setTimeout(() => this.load(), AGAIN_MS);
+    if (this.failed || this.rows.some((row) => row.reading)) this.timer = setTimeout(() => this.load(), AGAIN_MS);
   }
 
   draw() {
     const words = this.words.value.toLowerCase().split(/\s+/).filter(Boolean), outcome = this.outcome.value;
     const found = this.rows.filter((row) => matches(row, words, outcome));
     const key = JSON.stringify([found.length, found[0]?.name, found.filter((row) => row.reading).length, words, outcome]);
-    text(this.count, `${found.length} of ${this.rows.length}`);
+    text(this.count, this.rows.length ? `${found.length} of ${this.rows.length}` : "No mission was recorded here yet.");
     if (key === this.key && this.list.childElementCount) return;
     this.key = key;
     this.list.replaceChildren(...found.map(rowOf));

@@ -7,6 +7,7 @@ import json
 import threading
 import time
 from dataclasses import replace
+from http.client import HTTPConnection
 
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
@@ -18,6 +19,8 @@ from robot_app.console.accounts import Accounts, hashed, verified
 from robot_app.console.commands import SEEN_MAX_AGE_S
 from robot_app.console.listening import Listening, checked, listening_of
 from robot_app.console.sessions import PAIRING_S, SESSION_S, Sessions, TokenBucket
+from tests.robot_app.console.conftest import SOON_S
+from tests.robot_app.console.test_certificate import certified
 
 PASSWORD = "correct horse"
 OPTIONS = (Option(1, 1, "lamp", 0.5), Option(2, 7, "sofa", 0.4))
@@ -122,6 +125,22 @@ def test_what_is_too_large_is_refused(console):
     assert console.visitor().post("/api/login", b"x" * 20_000)[0] == 403
 
 
+def test_a_body_that_does_not_say_how_long_it_is_is_not_read(console):
+    """It would be kept whole, of anybody who reaches the port."""
+    link = HTTPConnection(console.server.url.removeprefix("http://"), timeout=SOON_S)
+    headers = {"origin": console.server.url, "transfer-encoding": "chunked"}
+    link.request("POST", "/api/pair", iter([b"x" * 1000] * 3), headers, encode_chunked=True)
+    answer = link.getresponse()
+    assert answer.status == 403 and b"told beforehand" in answer.read()
+    link.close()
+
+
+@pytest.mark.parametrize("half", ["password", "name"])
+def test_half_a_character_is_no_name_and_no_password(console, half):
+    given = {"name": "ada", "password": PASSWORD} | {half: "\ud800"}
+    assert console.visitor(None).post("/api/login", given)[0] == 400
+
+
 def test_a_viewer_may_look_and_stop_and_nothing_else(console, pages):
     with console.visitor("viewer", "vic").socket() as socket:
         page = pages(socket)
@@ -145,7 +164,7 @@ def test_an_operator_takes_the_command_and_asks(console, page):
 
 def test_a_sentence_that_names_nothing_is_refused_before_it_waits(console, page):
     page.command(type="take")
-    refused = page.command(type="ask", epoch=page.next_state()["you"]["epoch"], text="???")
+    refused = page.command(type="ask", epoch=page.next_state()["you"]["epoch"], text="take me to the")
     assert not refused["ok"] and "names nothing" in refused["text"]
 
 
@@ -244,6 +263,33 @@ def test_what_is_no_command_is_refused_and_the_page_goes_on(page, text):
     assert page.say(type="stop")["ok"]
 
 
+def test_bytes_are_no_command_and_the_page_goes_on(page):
+    page.socket.send(b"\x00\x01")
+    while (heard := json.loads(page.socket.recv(SOON_S)))["type"] != "ack":
+        pass
+    assert not heard["ok"] and "no command" in heard["text"]
+    assert page.say(type="stop")["ok"]
+
+
+COMMANDS = {"help": "Say what to find", "come back": "not supported", "where are you?": "plan shows"}
+
+
+@pytest.mark.parametrize(("text", "said"), COMMANDS.items(), ids=COMMANDS)
+def test_a_command_that_starts_no_drive_is_answered_on_the_page_that_gave_it(console, page, text, said):
+    page.command(type="take")
+    refused = page.command(type="ask", epoch=page.next_state()["you"]["epoch"], text=text)
+    assert not refused["ok"] and said in refused["text"] and console.operator.waiting == ()
+
+
+@pytest.mark.parametrize(("role", "name"), [("operator", "bob"), ("viewer", "vic")])
+def test_a_stop_in_words_is_one_from_whoever_is_logged_in(console, pages, role, name):
+    console.operator.take("ada", "console")
+    with console.visitor(role, name).socket() as socket:
+        said = pages(socket).say(type="ask", seen=-1, epoch=0, text="stop the robot")
+    assert said["ok"] and said["text"] == "STOP was heard."
+    assert console.operator.stop_requested().who == name
+
+
 def test_a_sign_of_life_is_as_old_as_the_snapshot_that_was_painted(console, page):
     page.command(type="take")
     state = dict(page.next_state())
@@ -263,10 +309,16 @@ def test_loopback_needs_no_certificate_and_anything_wider_needs_one_and_somebody
     checked(here, ConsoleSection(), Accounts(None))
     with pytest.raises(Failure, match="without TLS"):
         checked(lan, ConsoleSection(), Accounts(accounts))
-    tls = ConsoleSection(certificate=tmp_path / "c.pem", key=tmp_path / "c.key")
+    tls = certified(tmp_path, "192.168.1.5")
     with pytest.raises(Failure, match="nobody can log in"):
         checked(lan, tls, Accounts(tmp_path / "none.json"))
     checked(lan, tls, Accounts(accounts))
+
+
+@pytest.mark.parametrize("text", ["0.0.0.0:8800", "[::]:8800"])
+def test_every_network_at_once_is_refused_by_its_name(text):
+    with pytest.raises(ValueError, match="would be every network"):
+        listening_of(text)
 
 
 @pytest.mark.parametrize("text", ["0.0.0.0:8800", "[::]:8800", "8800x", "host.name:8800", "127.0.0.1:99999"])
@@ -296,12 +348,43 @@ def test_an_account_that_makes_no_sense_is_refused(tmp_path, name, password):
         Accounts(tmp_path / "accounts.json").put(name, "viewer", password)
 
 
-@pytest.mark.parametrize("text", ["", "[]", "{}", '{"accounts": {"ada": {"role": "king", "password": "x"}}}'])
-def test_a_file_that_holds_no_accounts_is_named(tmp_path, text):
+NO_ACCOUNTS = {
+    "nothing": "",
+    "a list": "[]",
+    "no table": "{}",
+    "an unknown role": '{"accounts": {"ada": {"role": "king", "password": "x"}}}',
+    "a password that is no hash": '{"accounts": {"ada": {"role": "viewer", "password": "correct horse"}}}',
+    "a password that is no text": '{"accounts": {"ada": {"role": "viewer", "password": 1}}}',
+}
+
+
+@pytest.mark.parametrize("text", NO_ACCOUNTS.values(), ids=NO_ACCOUNTS)
+def test_a_file_that_holds_no_accounts_is_named_at_the_start_at_this_machine_too(tmp_path, text):
     path = tmp_path / "accounts.json"
     path.write_text(text)
-    with pytest.raises(Failure, match=r"accounts\.json"):
-        len(Accounts(path))
+    path.chmod(0o600)
+    with pytest.raises(Failure, match=r"accounts\.json cannot be read as accounts"):
+        checked(listening_of("8800"), ConsoleSection(accounts=path), Accounts(path))
+
+
+@pytest.mark.parametrize("mode", [0o640, 0o604, 0o622])
+def test_a_file_of_accounts_that_others_read_or_write_is_refused_with_what_to_do(tmp_path, mode):
+    accounts = Accounts(tmp_path / "accounts.json")
+    accounts.put("ada", "operator", PASSWORD)
+    accounts.path.chmod(mode)
+    with pytest.raises(Failure, match="chmod 600"):
+        len(accounts)
+
+
+def test_accounts_that_can_no_longer_be_read_are_a_refusal_at_the_login_and_links_still_log_in(console, accounts):
+    whole = accounts.read_text()
+    try:
+        accounts.write_text("garbage")
+        status, answer = console.visitor(None).post("/api/login", {"name": "ada", "password": PASSWORD})
+    finally:
+        accounts.write_text(whole)
+    assert status == 503 and "cannot be read" in answer["error"] and "accounts.json" not in answer["error"]
+    assert console.visitor().json("/api/me")["role"] == "operator"
 
 
 def test_two_hashes_of_a_password_differ_and_both_verify():

@@ -152,7 +152,9 @@ def test_a_takeover_is_told_to_all_and_the_old_lease_is_worth_nothing(operator):
     old = operator.take("Ada", "console")
     operator.ask(old, "find the lamp")
     new = operator.take("Bob", "terminal", over=True)
-    assert new.epoch == old.epoch + 1 and heard[-1] == "Bob (terminal) commands the robot now. It was Ada (console)."
+    assert new.epoch == old.epoch + 1 and heard[-1] == (
+        "Bob (terminal) commands the robot now. It was Ada (console). Not asked any more: 'find the lamp'."
+    )
     assert operator.waiting == ()
     for refused in (lambda: operator.ask(old, "x"), lambda: operator.beat(old), lambda: operator.release(old)):
         with pytest.raises(Refused, match="take over first"):

@@ -7,8 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from drivers.clock import SimClock
 from logs.trial import records
 from logs.trial.reader import TrialReader
+from logs.trial.writer import TrialWriter
 from robot_app.console.open_trial import OpenTrial
 from robot_app.console.snapshots import LiveMission
 from robot_app.mission.view import HANDLERS, MissionView
@@ -81,6 +83,27 @@ def test_every_step_of_a_trial_has_a_time_a_picture_and_words_from_the_file_alon
     assert steps[-1]["frame"] is not None and opened.frame_jpeg(int(steps[-1]["frame"])).startswith(b"\xff\xd8")
     assert {"asked", "ranked", "chosen", "checked", "ended"} <= {step["kind"] for step in steps}
     assert opened.grid_png().startswith(b"\x89PNG") and opened.as_json()["site"]["objects"]
+
+
+ZONE = "[[[1.0, 1.0], [2.0, 1.0], [2.0, 2.0]]]"
+CONFIGURED = {
+    "a keep-out area": (f"[safety]\nkeep_out = {ZONE}", [[[1.0, 1.0], [2.0, 1.0], [2.0, 2.0]]]),
+    "no table of safety": ("", []),
+    "one of another form": ("safety = 1", []),
+    "no area": ("[safety]\nkeep_out = [[[1.0, 1.0]]]", []),
+}
+
+
+@pytest.mark.parametrize(("configuration", "keep_out"), CONFIGURED.values(), ids=CONFIGURED)
+def test_the_plan_of_a_trial_shows_the_keep_out_areas_of_its_own_configuration(
+    trial, tmp_path, configuration, keep_out
+):
+    memory, path = tmp_path / "site.belief", tmp_path / "trial.mcap"
+    memory.write_bytes(trial.memory_bytes)
+    with TrialWriter(path, SimClock(0), about=trial.about, memory_path=memory, configuration=configuration) as writer:
+        for entry in trial.entries:
+            writer.write(entry.record, entry.attached)
+    assert OpenTrial(path).as_json()["site"]["keep_out"] == keep_out
 
 
 def test_every_record_that_the_view_folds_is_one_that_trials_hold():
