@@ -36,7 +36,8 @@ ASKED_FOR = "OPENBELIEF_BROWSER"
 SCREENSHOTS = os.environ.get("OPENBELIEF_SCREENSHOTS", "")
 LATE_MS = os.environ.get("OPENBELIEF_LATE_MS", "")
 LATE = (HERE / "late.js").read_text()
-PATIENCE_S = 40.0  # for one step, on a machine that does other work too
+ANSWER_S = 20.0  # to each question: what is tried while it is open takes a while on a busy machine
+PATIENCE_S = 60.0  # for one step, on a machine that does other work too
 MANY = 2000
 CARD = {
     "id": 105,
@@ -148,6 +149,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         shutil.copy(RECORDED, folder / RECORDED.name)  # of another site and memory: what it shows is in its file
     config = (folder / "robot.toml").read_text()
     config = config.replace('readout = "grounded"', 'readout = "consensus"')  # its first candidate is wrong: the story
+    config = config.replace("confirm_timeout_s = 10.0", f"confirm_timeout_s = {ANSWER_S}")
     config = config.replace('serve = "off"', 'serve = "here"').replace("127.0.0.1:7450", f"127.0.0.1:{free_port()}")
     (folder / "robot.toml").write_text(config)
     return folder

@@ -17,8 +17,7 @@ from robot_app.mission.lease import Refused
 from robot_app.remote import messages as m
 from robot_app.remote.client import RemoteClient
 from robot_app.remote.service import link_config
-from tests.browser.conftest import until
-from tests.browser.steps import robot_at
+from tests.browser.steps import newest_trial, robot_at, until_idle
 from tests.robot_app.agents.test_mcp import proposes
 
 NAMED = "The agent helper asks, not a person."
@@ -46,8 +45,8 @@ def test_an_agents_mission_waits_for_a_click_on_the_page_and_is_confirmed_in_its
         tab.page.locator("#answer-yes").click()
         outcome = ended.result()["outcome"]
     assert outcome["end"] == "CONFIRMED", outcome
-    until(lambda: "trial: " in tab.said(), "the trial is written")
-    trial = TrialReader(max(site.folder.glob("trial_*.mcap"), key=lambda path: path.stat().st_mtime))
+    until_idle(tab)  # then its trial is written
+    trial = TrialReader(newest_trial(site))
     assert (trial.query.who, trial.query.how) == ("helper", "agent")
     [reply] = [record for record in trial.records if record.topic == "/trial/operator_reply"]
     assert (reply.reply, reply.who, reply.how) == ("yes", "operator", "console")

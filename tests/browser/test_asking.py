@@ -9,7 +9,7 @@ import pytest
 from logs.trial.reader import TrialReader
 from logs.trial.records import OperatorReply
 from tests.browser.conftest import DESKTOP, PHONE, until
-from tests.browser.steps import ASK, newest_trial, until_idle
+from tests.browser.steps import ASK, newest_trial, until_idle, until_under_way
 
 
 @pytest.mark.parametrize(("name", "size"), [("desktop", DESKTOP), ("phone", PHONE)])
@@ -24,15 +24,17 @@ def test_the_first_candidate_is_rejected_and_the_second_confirmed(open_tab, name
         tab.page.locator("#tab-plan").click()
     tab.picture(f"{name}-question")
     tab.page.locator("#answer-yes").click()
-    tab.until_state("Walking")
+    until_under_way(
+        tab, lambda: tab.words("state") in ("Walking", "Looking", "Looking again"), "the robot is under way"
+    )
     tab.picture(f"{name}-walking")
-    until(lambda: "is not confirmed" in tab.said(), "the first candidate is rejected")
+    until_under_way(tab, lambda: rejected(tab) and asked(tab), "the first candidate is rejected, the second asked for")
     tab.until_asked()
     if name == "phone":
         tab.page.locator("#tab-candidates").click()
     tab.picture(f"{name}-rejected")
     tab.page.locator("#answer-yes").click()
-    tab.until_state("Found")
+    until_under_way(tab, lambda: tab.words("state") == "Found", "the second is found")
     if name == "phone":
         tab.page.locator("#tab-camera").click()
     tab.picture(f"{name}-found")
@@ -100,6 +102,10 @@ def test_an_object_on_the_plan_shows_its_evidence(tab):
     )
     tab.page.locator("#plan").click(position={"x": x, "y": y})
     until(lambda: label in tab.words("evidence") and "Seen" in tab.words("evidence"), "its evidence")
+
+
+def rejected(tab):
+    return [each for each in tab.state()["mission"]["candidates"] if each["status"] in ("rejected", "no matching mask")]
 
 
 def asked(tab):

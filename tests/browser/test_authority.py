@@ -29,7 +29,8 @@ def test_a_takeover_is_seen_by_both_and_the_question_is_put_to_the_new_operator(
     assert "Take over" in other.words("take")
     other.take()
     until(lambda: tab.state()["you"]["epoch"] is None, "the old page knows")
-    assert tab.page.locator("#answer-yes").is_disabled() and "Take over" in tab.words("take")
+    until(lambda: tab.page.locator("#answer-yes").is_disabled(), "the question that is put anew is not the old page's")
+    assert "Take over" in tab.words("take")
     other.until_asked()
     again = other.state()["operator"]["question"]
     assert again["id"] > asked["id"]

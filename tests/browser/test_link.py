@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.browser.conftest import finish, until
+from tests.browser.conftest import PATIENCE_S, finish, until
 from tests.browser.steps import ASK, until_idle, walk
 
 OFFLINE = "ERR_INTERNET_DISCONNECTED"
@@ -71,6 +71,7 @@ def test_a_pairing_link_opened_in_the_tab_that_asks_for_a_login_logs_it_in(open_
     until(lambda: tab.page.locator("#login-name").is_visible(), "the login")
     assert "You were logged out" in tab.words("login-error")
     tab.page.goto(tab.site.program.link())  # for the browser a place on the page that it shows
+    tab.page.locator("#app").wait_for(state="visible", timeout=PATIENCE_S * 1000)
     until(lambda: tab.state().get("n"), "the live page")
 
 
