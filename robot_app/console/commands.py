@@ -15,7 +15,8 @@ from robot_app.console.snapshots import Snapshots
 from robot_app.console.talk import Talk
 from robot_app.mission.command_replies import is_stop
 from robot_app.mission.lease import Lease, Refused
-from robot_app.mission.operator import SENTENCE_MAX, SharedOperator
+from robot_app.mission.operator import SharedOperator
+from robot_app.mission.sentences import SENTENCE_MAX
 
 HOW = "console"
 SEEN_MAX_AGE_S = 2.0  # a command names what was on the screen; older than this it was not given just now

@@ -19,10 +19,8 @@ from robot_app.mission.notices import Change, Listener, Notices
 from robot_app.mission.open_question import OpenQuestion
 from robot_app.mission.sentences import Sentence, Sentences
 
-QUEUE_MAX = 8
 AGENT = "agent"  # how a program asks
 FACES = ("terminal", "console")  # where a person answers what an agent asked for
-SENTENCE_MAX = 300  # characters
 
 
 class SharedOperator:
@@ -46,7 +44,7 @@ class SharedOperator:
         self._question: OpenQuestion | None = None
         self._questions = 0
         self._stop: StopRequest | None = None
-        self._said = self._stopped_at = 0  # what was said in which order
+        self._stopped_at = 0  # the place of the last STOP among all that was said
         self._mission: Sentence | None = None
         self._idle = False  # waiting for a sentence
 
@@ -144,9 +142,8 @@ class SharedOperator:
             raise Refused("That is a stop, not a thing to look for: the robot was told to stop.")
         with self._changed:
             held = self._leases.require(lease)
-            self._said += 1
-            sentence = Sentence(text, held.who, held.how, self._said, notes)
-            self._put(sentence)
+            sentence = self._sentences.put(text, held.who, held.how, notes)
+            self._changed.notify_all()
         self._notices.tell(Change.QUEUE)
         return sentence
 
@@ -155,17 +152,10 @@ class SharedOperator:
         with self._changed:
             if self._leases.current is None:
                 raise Refused("Nobody commands the robot: a person must be there to say yes.")
-            self._said += 1
-            sentence = Sentence(text, agent, AGENT, self._said)
-            self._put(sentence)
+            sentence = self._sentences.put(text, agent, AGENT)
+            self._changed.notify_all()
         self._notices.tell(Change.TOLD, f"The agent {agent} asks for: {text}")
         return sentence
-
-    def _put(self, sentence: Sentence) -> None:
-        if len(sentence.text) > SENTENCE_MAX or len(self._sentences.waiting) >= QUEUE_MAX:
-            raise Refused(f"Too much: {QUEUE_MAX} sentences of {SENTENCE_MAX} characters may wait.")
-        self._sentences.put(sentence)
-        self._changed.notify_all()
 
     def answer(
         self,
@@ -193,8 +183,7 @@ class SharedOperator:
     def stop(self, *, because: str, who: str = "", how: str = "") -> None:
         """STOP, by anybody and at any time. It stays until the next sentence, and what waits is dropped."""
         with self._changed:
-            self._said += 1
-            self._stopped_at = self._said
+            self._stopped_at = self._sentences.next_order()
             self._stop = self._stop or StopRequest(because, who, how, self._epoch_ns())
             dropped = self._sentences.drop()
             self._changed.notify_all()

@@ -6,6 +6,10 @@ from collections import deque
 from dataclasses import dataclass
 
 from logs.trial.journal import Entry
+from robot_app.mission.lease import Refused
+
+QUEUE_MAX = 8
+SENTENCE_MAX = 300  # characters
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,14 +31,25 @@ class Sentences:
 
     def __init__(self) -> None:
         self._waiting: deque[Sentence] = deque()
+        self._said = 0
         self.ended = False
 
     @property
     def waiting(self) -> tuple[Sentence, ...]:
         return tuple(self._waiting)
 
-    def put(self, sentence: Sentence) -> None:
-        self._waiting.append(sentence)
+    def next_order(self) -> int:
+        """The place of what is said now among all that was said."""
+        self._said += 1
+        return self._said
+
+    def put(self, text: str, who: str, how: str, notes: tuple[Entry, ...] = ()) -> Sentence:
+        """Raises Refused where too much waits already, or the text is too long."""
+        order = self.next_order()
+        if len(text) > SENTENCE_MAX or len(self._waiting) >= QUEUE_MAX:
+            raise Refused(f"Too much: {QUEUE_MAX} sentences of {SENTENCE_MAX} characters may wait.")
+        self._waiting.append(Sentence(text, who, how, order, notes))
+        return self._waiting[-1]
 
     def take(self) -> Sentence | None:
         return self._waiting.popleft() if self._waiting else None

@@ -11,7 +11,8 @@ import pytest
 from drivers.ports import Approval, Option, Question, Reply
 from robot_app.mission.lease import SILENT_S, Refused
 from robot_app.mission.notices import Change, Notice
-from robot_app.mission.operator import QUEUE_MAX, SENTENCE_MAX, SharedOperator
+from robot_app.mission.operator import SharedOperator
+from robot_app.mission.sentences import QUEUE_MAX, SENTENCE_MAX
 
 LONG_S = 30.0  # longer than any of these tests takes
 QUESTION = Question(
