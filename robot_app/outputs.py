@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from robot_app.cli import Failure
 
 # how a file begins -> what it is; no page and no picture is written over one
-KEPT = {b"SQLite format 3\0": "a memory or another database", b"\x89MCAP0\r\n": "a recording"}
+KEPT = {
+    b"SQLite format 3\0": "a memory or another database",
+    b"\x89MCAP0\r\n": "a recording",
+    b"#ROSBAG V2.0\n": "a recording",
+}
 
 
 def require_writable(path: Path) -> None:
@@ -28,14 +32,19 @@ def require_kind(path: Path, option: str, kinds: Sequence[str]) -> None:
         raise Failure(f"{option} {path}: the name should end in {' or '.join(kinds)}.")
 
 
-def require_replaceable(path: Path) -> None:
-    """--force replaces a memory, whatever its state, and nothing else. Raises Failure where another file is there."""
+def require_replaceable(path: Path, read: Iterable[Path]) -> None:
+    """What --force may replace. read: what the command reads. Raises Failure on one of these, a recording, a folder."""
     from openbelief.file_checks import is_memory
 
     if path.is_dir():
         raise Failure(f"{path} is a folder: name the file to write in it.")
-    if path.is_file() and path.stat().st_size and not is_memory(path):
-        raise Failure(f"{path} is not a memory, and --force replaces nothing else: choose another -o.")
+    what = None if path.is_file() and is_memory(path) else _kept(path)
+    if path.exists() and any(each.exists() and path.samefile(each) for each in read):
+        what = "what this command reads"
+    if path.exists() and not path.is_file():
+        what = "a pipe or a device"
+    if what:
+        raise Failure(f"{path} is {what}, and would be lost: choose another -o.")
 
 
 @contextmanager

@@ -23,7 +23,6 @@ from robot_app.mapping.stopwatch import Stopwatch
 from robot_app.mapping.walks import Walks
 from robot_app.mapping.watch import WatchedStore
 from robot_app.mapping.workers import FrameWorkers, jobs_for
-from robot_app.outputs import require_replaceable
 
 
 def require_recordings(paths: Iterable[Path]) -> None:
@@ -39,7 +38,6 @@ def run_map(job: MapJob, text_encoder: TextEncoder, progress: Progress) -> MapRe
     """Map the job's recordings into `job.out`. Raises Failure; what was done so far stays in `job.partial`."""
     if job.out.exists() and not job.force:
         raise Failure(f"{job.out} exists: choose another -o, or replace it with --force.")
-    require_replaceable(job.out)
     try:
         with ExitStack() as opened:
             result = _map(job, text_encoder, progress, opened)

@@ -87,6 +87,7 @@ def run(options: argparse.Namespace) -> int:
     from robot_app.mapping.job import MapJob
     from robot_app.mapping.report import report_of, text_of
     from robot_app.mapping.run import require_recordings, run_map
+    from robot_app.outputs import require_replaceable
     from robot_app.progress import progress
 
     require_recordings(options.recordings)
@@ -100,6 +101,9 @@ def run(options: argparse.Namespace) -> int:
         rooms=read_rooms(options.rooms) if options.rooms else (),
         jobs=options.jobs,
     )
+    if job.force:
+        read = [*job.recordings, *(Path(spec.partition(":")[2]) for spec in job.perceptions)]
+        require_replaceable(job.out, [*read, *filter(None, (options.rooms, options.parameters))])
     if not job.out.parent.is_dir():
         raise Failure(f"The folder {job.out.parent} does not exist: create it, or choose another -o.")
     with progress() as shown:

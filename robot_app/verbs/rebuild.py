@@ -41,7 +41,7 @@ def run(options: argparse.Namespace) -> None:
 
     if options.out.exists() and not options.force:
         raise Failure(f"{options.out} exists: choose another name, or --force to replace it.")
-    require_replaceable(options.out)
+    require_replaceable(options.out, filter(None, (options.rooms, options.parameters)))
     if not options.out.parent.is_dir():
         raise Failure(f"The folder {options.out.parent} does not exist: create it, or choose another -o.")
     old = open_memory(options.memory)

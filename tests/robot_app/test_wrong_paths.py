@@ -3,6 +3,7 @@ one line."""
 
 from __future__ import annotations
 
+import os
 import shutil
 import socket
 from collections.abc import Callable
@@ -188,16 +189,36 @@ def test_an_answer_that_finds_no_room_on_the_disk_is_one_line(folder: Path, monk
         assert said == "openbelief inspect: what it was to write is not written: No space left on device.\n"
 
 
-@pytest.mark.parametrize("kept", ["walk.mcap", "small.json", "robot.toml"])
-@pytest.mark.parametrize("name", ["map -o", "rebuild -o"])
-def test_force_replaces_a_memory_and_nothing_else(name: str, kept: str, folder: Path, capsys) -> None:
-    before = Path(kept).read_bytes()
-    said = refused([*WRITE[name], "--force"], Path(kept), capsys)
-    assert Path(kept).read_bytes() == before and f"{kept} is not a memory" in said
-    for old in (Path("site.belief").read_bytes()[:5000], b""):  # one cut short can be replaced, and an empty file
+OVER = {  # what --force does not replace: a verb and its options, and what lies at -o
+    "a recording": (WRITE["rebuild -o"], "walk.mcap", "a recording"),
+    "the recording that is mapped": (WRITE["map -o"], "walk.mcap", "what this command reads"),
+    "who looks at the frames": (WRITE["map -o"], "small.json", "what this command reads"),
+    "the rooms": ([*WRITE["rebuild -o"], "--rooms", "walk.truth.json"], "walk.truth.json", "what this command reads"),
+    "its parameters": ([*WRITE["rebuild -o"], "--parameters", "p.toml"], "p.toml", "what this command reads"),
+    "a database of others": (WRITE["rebuild -o"], "other.db3", "another database"),
+    "a pipe": (WRITE["map -o"], "pipe", "a pipe or a device"),
+    "a device": (WRITE["rebuild -o"], "device", "a pipe or a device"),
+}
+
+
+@pytest.mark.parametrize("name", OVER)
+def test_force_replaces_nothing_that_cannot_be_made_again(name: str, folder: Path, capsys) -> None:
+    arguments, kept, what = OVER[name]
+    Path("p.toml").touch()
+    Path("other.db3").write_bytes(b"SQLite format 3\0" + bytes(84))
+    os.mkfifo("pipe")
+    Path("device").symlink_to("/dev/null")
+    before = {path: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+    assert f"{kept} is " in (said := refused([*arguments, "--force"], Path(kept), capsys)) and what in said
+    assert before == {path: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+    assert Path("pipe").is_fifo() and Path("device").is_char_device()
+
+
+def test_force_replaces_a_memory_whatever_became_of_it(folder: Path) -> None:
+    for old in (Path("site.belief").read_bytes()[:5000], b""):
         Path("old.belief").write_bytes(old)
-        arguments = ["rebuild", "site.belief", "-o", "old.belief", "--force"]
-        assert main(arguments) == 0 and len(Path("old.belief").read_bytes()) > 5000
+        assert main(["rebuild", "site.belief", "-o", "old.belief", "--force"]) == 0
+        assert len(Path("old.belief").read_bytes()) > 5000
 
 
 OCCUPIED = {
