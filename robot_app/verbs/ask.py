@@ -17,14 +17,11 @@ from typing import TYPE_CHECKING
 from robot_app.cli import Failure, Usage, print_json
 
 if TYPE_CHECKING:
-    from robot_app.config import Config
     from robot_app.mission.missions import RecordedMission
     from robot_app.mission.operator import SharedOperator
-    from robot_app.remote.client import RemoteOperator
     from robot_app.voice.listener import Utterance
 
 EXAMPLE = 'openbelief ask "take me to the fire extinguisher" --config demo-out/robot.toml'
-CORRECT = "Press Enter to ask that, or type what you meant."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -126,7 +123,11 @@ def _remote(options: argparse.Namespace) -> int:
             RemoteOperator(link, who, namespace, over=options.take_over) as operator,
         ):
             may_correct = sys.stdin.isatty() and not options.yes
-            sentence = options.sentence or _heard(options.audio, config, operator, who, may_correct=may_correct)
+            sentence = options.sentence
+            if sentence is None:
+                from robot_app.remote.hearing import heard
+
+                sentence = heard(options.audio, config, operator, who, may_correct=may_correct)
             outcome = RemoteAsking(operator, who, approve=options.yes).run(sentence)
     except (ConfigError, PortError, Refused, ValueError) as error:
         hint = " (--take-over does)" if isinstance(error, Refused) and "take over" in str(error) else ""
@@ -136,45 +137,6 @@ def _remote(options: argparse.Namespace) -> int:
     else:
         print(neutralise(f"{outcome['end']}: {outcome['reason']}"))
     return 0 if outcome["end"] == "CONFIRMED" else 1
-
-
-def _heard(audio: Path, config: Config, operator: RemoteOperator, who: str, *, may_correct: bool) -> str:
-    """What the recording says; a stop stops the robot there. Raises Failure then, and where nothing was said."""
-    from robot_app.voice import asking
-    from robot_app.voice.audio import AudioError
-    from robot_app.voice.listener import Listener
-
-    recording = asking.SpokenFile.open(audio, config.voice)
-    try:
-        utterance = Listener(recording.recogniser).understand(recording.clip)
-    except AudioError as error:
-        raise Failure(str(error)) from error
-    if utterance.stop:
-        operator.stop(who)
-    asking.show(utterance, _to_screen)
-    return _typed_instead(operator, who) or utterance.transcript if may_correct else utterance.transcript
-
-
-def _to_screen(line: str) -> None:
-    from logs.structured import neutralise
-
-    print(neutralise(line), file=sys.stderr, flush=True)
-
-
-def _typed_instead(operator: RemoteOperator, who: str) -> str:
-    """What the person at this terminal types instead, "" for Enter. Raises Failure: a stop, or the input has ended."""
-    from robot_app.mission.command_replies import is_stop
-    from robot_app.mission.terminal import STOP_WORDS
-    from robot_app.voice import asking
-
-    _to_screen(CORRECT)
-    line = next(iter(sys.stdin), None)
-    if line is None:
-        raise Failure("nothing was asked: the input has ended")
-    if (word := line.strip().lower().rstrip("!.")) in STOP_WORDS or is_stop(line):
-        operator.stop(who)
-        raise Failure(asking.A_TYPED_STOP.format(word=word))
-    return line.strip()
 
 
 class _Correction:
@@ -190,8 +152,10 @@ class _Correction:
 
     def corrected(self, heard: str) -> str:
         """Raises Failure where the input ended instead."""
+        from robot_app.voice import asking
+
         self._heard = heard
-        self._operator.tell(CORRECT)
+        self._operator.tell(asking.CORRECT)
         sentence = self._operator.next_sentence()
         self._heard = ""
         if sentence is None:

@@ -19,6 +19,7 @@ from robot_app.voice.recognisers import open_recogniser
 from robot_app.voice.suggestions import memory_phrases
 
 HOW = "voice"
+CORRECT = "Press Enter to ask that, or type what you meant."
 A_STOP = "the recording says {word!r}: that is a stop, and nothing was asked"
 A_TYPED_STOP = "{word!r} was typed: that is a stop, and nothing was asked"
 
@@ -39,10 +40,10 @@ class SpokenFile:
             raise Failure(str(error)) from error
         return cls(clip, open_recogniser(voice.recogniser, voice.language))
 
-    def understood(self, memory: ObjectMemory) -> Utterance:
-        """Raises Failure where nothing was said."""
+    def understood(self, memory: ObjectMemory | None = None) -> Utterance:
+        """memory: whose words are likely. Raises Failure where nothing was said."""
         try:
-            return Listener(self.recogniser, memory_phrases(memory)).understand(self.clip)
+            return Listener(self.recogniser, memory_phrases(memory) if memory else ()).understand(self.clip)
         except AudioError as error:
             raise Failure(str(error)) from error
 

@@ -17,9 +17,9 @@ from robot_app.config import Config
 from robot_app.mission.operator import SharedOperator
 from robot_app.remote import messages as m
 from robot_app.remote.asking import RemoteAsking
+from robot_app.remote.hearing import heard
 from robot_app.remote.server import RemoteServer
 from robot_app.text_encoders import text_encoder_by_id
-from robot_app.verbs.ask import _heard
 from tests.support.waiting import until
 
 
@@ -267,7 +267,7 @@ def test_what_a_recording_says_may_be_corrected_before_it_is_asked_from_afar(mon
     monkeypatch.setattr("sys.stdin", io.StringIO(typed))
     there, speech = Asked(), Path(__file__).parents[1] / "voice" / "speech"
     try:
-        said = _heard(speech / f"{file}.wav", Config(), there, "ada", may_correct=True)
+        said = heard(speech / f"{file}.wav", Config(), there, "ada", may_correct=True)
     except Failure as refused:
         said = str(refused)
     assert asked in said and there.did == did
