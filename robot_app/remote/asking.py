@@ -11,6 +11,7 @@ from typing import Any, TextIO
 
 from drivers.ports import PortError
 from logs.structured import neutralise
+from openbelief.target_phrase import target_phrase
 from robot_app.cli import Failure
 from robot_app.mission.command_replies import is_stop
 from robot_app.mission.lease import Refused
@@ -43,7 +44,12 @@ class RemoteAsking:
         self._gone = 0
 
     def run(self, sentence: str) -> dict[str, Any]:
-        """The mission's outcome as `status` has it; Ctrl-C stops the robot. Raises Failure, Refused or PortError."""
+        """The mission's outcome as `status` has it; Ctrl-C stops the robot. Raises Failure, Refused or PortError.
+
+        Raises ValueError in one line where the sentence names nothing, or is too long to be sent.
+        """
+        if not is_stop(sentence):  # a stop is sent, however it is said
+            target_phrase(sentence)
         self._said = max((each["number"] for each in self._operator.status()["said"]), default=0)
         order = self._operator.ask(sentence)
         threading.Thread(target=self._read, name="remote keyboard", daemon=True).start()

@@ -222,6 +222,7 @@ class Commands:
 
     def __init__(self) -> None:
         self.answers: list[str] = []
+        self.asked: list[str] = []
 
     def status(self, after: int = 0) -> dict:
         outcome = {"order": 1, "end": "CANCELLED"} if self.answers else None
@@ -229,6 +230,7 @@ class Commands:
         return {"said": [], "outcome": outcome, "mission": None, "question": question, "waiting": [{"order": 1}]}
 
     def ask(self, sentence: str) -> int:
+        self.asked.append(sentence)
         return 1
 
     def answer(self, question: dict, word: str, number: int | None) -> None:
@@ -241,6 +243,21 @@ def test_yes_from_afar_is_no_yes_to_a_doubt(doubt: str, answer: str) -> None:
     commands.doubt = doubt
     RemoteAsking(commands, "ada", approve=True, source=io.StringIO(), sleep=lambda _: None).run("go to the sofa")
     assert commands.answers == [answer]
+
+
+@pytest.mark.parametrize(("sentence", "said"), [("", "names nothing"), ("please", "names nothing"), ("x" * 301, "300")])
+def test_a_sentence_that_asks_for_nothing_or_too_much_is_refused_in_one_line_before_it_is_sent(sentence, said):
+    commands = Commands()
+    with pytest.raises(ValueError, match=said) as refused:
+        RemoteAsking(commands, "ada", approve=True, source=io.StringIO(), sleep=lambda _: None).run(sentence)
+    assert "\n" not in str(refused.value) and commands.asked == []
+
+
+@pytest.mark.parametrize("sentence", ["stop", "STOP!", "please stop"])
+def test_a_stop_is_sent_however_it_is_said(sentence):
+    commands = Commands()
+    RemoteAsking(commands, "ada", approve=True, source=io.StringIO(), sleep=lambda _: None).run(sentence)
+    assert commands.asked == [sentence]
 
 
 class Asked:
