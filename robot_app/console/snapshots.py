@@ -116,6 +116,11 @@ class Snapshots:
 
 
 def operator_json(operator: SharedOperator) -> dict[str, Any]:
+    """Of one moment: no question without its mission, no queue of who does not command any more."""
+    return operator.at_once(lambda: _operator_json(operator))
+
+
+def _operator_json(operator: SharedOperator) -> dict[str, Any]:
     lease, asked, stop, mission = operator.lease, operator.question, operator.stop_requested(), operator.mission
     return {
         "lease": None if lease is None else {"who": lease.who, "how": lease.how, "epoch": lease.epoch},

@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from typing import TypeVar
 
 from drivers.ports import Approval, Question, Reply, StopRequest
 from logs.trial.journal import Entry
@@ -19,6 +20,7 @@ from robot_app.mission.notices import Change, Listener, Notices
 from robot_app.mission.open_question import OpenQuestion
 from robot_app.mission.sentences import Sentence, Sentences
 
+T = TypeVar("T")
 AGENT = "agent"  # how a program asks
 FACES = ("terminal", "console")  # where a person answers what an agent asked for
 
@@ -71,6 +73,11 @@ class SharedOperator:
     def present(self) -> frozenset[str]:
         """The clients by which somebody can answer."""
         return self._present
+
+    def at_once(self, look: Callable[[], T]) -> T:
+        """What `look` reads of this operator, all of one moment: nothing changes meanwhile. It must not wait."""
+        with self._changed:
+            return look()
 
     def left_s(self) -> float:
         """Seconds left to answer the open question; 0 where there is none."""

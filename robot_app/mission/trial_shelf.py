@@ -55,7 +55,7 @@ class TrialShelf:
             ]
         new.sort(key=lambda entry: entry[1], reverse=True)
         for path, stamp in new[:limit]:
-            row = row_of(path)
+            row = row_of(path, stamp[0] // 1_000_000)
             with self._lock:
                 self._known[path.name] = {"stamp": stamp, "row": row}
         if new:
@@ -87,12 +87,15 @@ class TrialShelf:
             unfinished.unlink(missing_ok=True)  # a folder that is not ours to write in: it is read again next time
 
 
-def row_of(path: Path) -> dict[str, Any]:
-    """What the list says of one file. broken: why it cannot be read. other: it is a recording of something else."""
+def row_of(path: Path, written_ms: int) -> dict[str, Any]:
+    """What the list says of one file. broken: why it cannot be read. other: it is a recording of something else.
+
+    written_ms: its time where it says none itself; a file that was moved away meanwhile has no other.
+    """
     try:
         found, started_ns = _records(path)
     except (LogError, OSError) as error:
-        return {"started_ms": path.stat().st_mtime_ns // 1_000_000, "broken": str(error)}
+        return {"started_ms": written_ms, "broken": str(error)}
     query = next((record for record in found if isinstance(record, Query)), None)
     if query is None:
         return {"started_ms": 0, "other": True}

@@ -70,7 +70,12 @@ def stories_of(decisions: list[Record]) -> dict[int, tuple[str, str]]:
         if isinstance(record, Chosen):
             stories[record.object_id] = (record.label, "not looked at")
         elif isinstance(record, Checks):
-            stories[record.object_id] = (stories[record.object_id][0], record.verdict)
+            stories[record.object_id] = (_label(stories, record.object_id), record.verdict)
         elif isinstance(record, Exclusion) and record.where == "set aside":
-            stories[record.object_id] = (stories[record.object_id][0], f"set aside: {record.because}")
+            stories[record.object_id] = (_label(stories, record.object_id), f"set aside: {record.because}")
     return stories
+
+
+def _label(stories: dict[int, tuple[str, str]], object_id: int) -> str:
+    """What it was called when it was chosen; a trial that lost its beginning does not say."""
+    return stories[object_id][0] if object_id in stories else f"object {object_id}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import shutil
 import urllib.error
@@ -118,7 +119,12 @@ class PageClient:
             self.state |= heard
 
     def command(self, **message: Any) -> dict[str, Any]:
-        return self.say(**{"seen": self.next_state()["n"]} | message)
+        """Given in view of the newest snapshot: those that came while a test did something else are of before."""
+        newest = self.next_state()
+        with contextlib.suppress(TimeoutError):
+            while (heard := json.loads(self.socket.recv(0.0)))["type"] == "state":
+                newest = self.state = self.state | heard
+        return self.say(**{"seen": newest["n"]} | message)
 
 
 @dataclass

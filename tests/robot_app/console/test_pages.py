@@ -9,7 +9,10 @@ import zipfile
 import pytest
 
 from logs.trial.reader import TrialReader
+from logs.trial.records import Checks
 from robot_app.mission.trial_shelf import INDEX, TrialShelf
+from robot_app.mission.trials import stories_of
+from tests.robot_app.console.conftest import SMALL_ROOM
 
 NAME = "small_room.mcap"
 
@@ -79,6 +82,19 @@ def test_the_list_reads_each_trial_once_and_again_only_where_it_changed(console)
     assert again.rows()[0].get("reading")
     again.read_new()
     assert "not an MCAP" in again.rows()[0]["broken"]
+
+
+def test_a_trial_that_is_moved_away_while_the_list_is_read_stops_no_reading(console, monkeypatch):
+    shelf = TrialShelf(console.folder)
+    files = list(shelf._files())
+    (console.folder / NAME).rename(console.folder / "elsewhere.mcap")
+    monkeypatch.setattr(shelf, "_files", lambda: files)  # as they were a moment ago
+    assert shelf.read_new() == 0 and "is not there" in shelf.rows()[0]["broken"]
+
+
+def test_a_trial_that_lost_its_beginning_is_listed_by_what_is_left():
+    checks = next(record for record in TrialReader(SMALL_ROOM).decisions if isinstance(record, Checks))
+    assert stories_of([checks]) == {checks.object_id: (f"object {checks.object_id}", checks.verdict)}
 
 
 def test_two_thousand_trials_are_listed_at_once(console):

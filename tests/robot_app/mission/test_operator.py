@@ -9,6 +9,7 @@ from dataclasses import replace
 import pytest
 
 from drivers.ports import Approval, Option, Question, Reply
+from robot_app.console.snapshots import operator_json
 from robot_app.mission.lease import SILENT_S, Refused
 from robot_app.mission.notices import Change, Notice
 from robot_app.mission.operator import SharedOperator
@@ -177,6 +178,30 @@ def test_a_takeover_voids_the_open_question_and_it_is_put_anew_to_the_new_operat
     reply = operator.confirm(QUESTION, LONG_S)
     assert (reply.word, reply.who) == (Approval.NO, "Bob") and ids == [1, 2]
     assert "Bob (terminal) commands" in str(refused[0])
+
+
+class TakenOver(SharedOperator):
+    """Somebody takes over just when its question is looked at."""
+
+    takeover: threading.Thread | None = None
+
+    @property
+    def question(self):
+        if self.takeover is None:
+            self.takeover = threading.Thread(target=self.take, args=("Bob", "terminal"), kwargs={"over": True})
+            self.takeover.start()
+            self.takeover.join(0.2)  # as long as it takes, where it can
+        return super().question
+
+
+def test_what_a_page_is_told_of_the_operator_is_of_one_moment():
+    operator = TakenOver()
+    operator.ask(operator.take("Ada", "console"), "find the lamp")
+    told = operator_json(operator)
+    assert (told["lease"]["who"], [each["who"] for each in told["waiting"]]) == ("Ada", ["Ada"])
+    operator.takeover.join(LONG_S)
+    told = operator_json(operator)
+    assert (told["lease"]["who"], told["waiting"]) == ("Bob", [])
 
 
 def test_a_stop_needs_no_lease_keeps_its_first_reason_and_drops_what_waits(operator):
