@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import re
+import secrets
 import threading
 from collections.abc import Iterable
 from pathlib import Path
@@ -79,7 +80,7 @@ class TrialShelf:
     def _store(self) -> None:
         with self._lock:
             text = json.dumps({"format": FORMAT, "trials": self._known})
-        unfinished = self.folder / f"{INDEX}.partial"
+        unfinished = self.folder / f"{INDEX}.{secrets.token_hex(4)}.partial"  # another console may list them, too
         try:
             unfinished.write_text(text, encoding="utf-8")
             unfinished.replace(self.folder / INDEX)

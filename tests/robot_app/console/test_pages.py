@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import shutil
 import zipfile
 
 import pytest
@@ -72,22 +73,31 @@ def test_a_trial_that_cannot_be_read_says_so(console):
     assert status == 422 and "openbelief recover" in json.loads(body)["error"]
 
 
-def test_the_list_reads_each_trial_once_and_again_only_where_it_changed(console):
-    shelf = TrialShelf(console.folder)
+@pytest.fixture
+def trials(tmp_path):
+    """A folder with one trial, which no console reads meanwhile."""
+    folder = tmp_path / "trials"
+    folder.mkdir()
+    shutil.copy(SMALL_ROOM, folder / NAME)
+    return folder
+
+
+def test_the_list_reads_each_trial_once_and_again_only_where_it_changed(trials):
+    shelf = TrialShelf(trials)
     shelf.read_new()
-    assert shelf.rows()[0]["outcome"] == "CONFIRMED" and (console.folder / INDEX).exists()
-    again = TrialShelf(console.folder)
+    assert shelf.rows()[0]["outcome"] == "CONFIRMED" and (trials / INDEX).exists()
+    again = TrialShelf(trials)
     assert again.rows()[0]["outcome"] == "CONFIRMED", "without reading a trial"
-    (console.folder / NAME).write_bytes(b"something else")
+    (trials / NAME).write_bytes(b"something else")
     assert again.rows()[0].get("reading")
     again.read_new()
     assert "not an MCAP" in again.rows()[0]["broken"]
 
 
-def test_a_trial_that_is_moved_away_while_the_list_is_read_stops_no_reading(console, monkeypatch):
-    shelf = TrialShelf(console.folder)
+def test_a_trial_that_is_moved_away_while_the_list_is_read_stops_no_reading(trials, monkeypatch):
+    shelf = TrialShelf(trials)
     files = list(shelf._files())
-    (console.folder / NAME).rename(console.folder / "elsewhere.mcap")
+    (trials / NAME).rename(trials / "elsewhere")
     monkeypatch.setattr(shelf, "_files", lambda: files)  # as they were a moment ago
     assert shelf.read_new() == 0 and "is not there" in shelf.rows()[0]["broken"]
 
@@ -97,29 +107,29 @@ def test_a_trial_that_lost_its_beginning_is_listed_by_what_is_left():
     assert stories_of([checks]) == {checks.object_id: (f"object {checks.object_id}", checks.verdict)}
 
 
-def test_two_thousand_trials_are_listed_at_once(console):
-    row = TrialShelf(console.folder)
+def test_two_thousand_trials_are_listed_at_once(trials):
+    row = TrialShelf(trials)
     row.read_new()
-    known = json.loads((console.folder / INDEX).read_text())["trials"][NAME]["row"]
+    known = json.loads((trials / INDEX).read_text())["trials"][NAME]["row"]
     entries = {}
     for number in range(2000):
-        path = console.folder / f"t{number:04d}.mcap"
+        path = trials / f"t{number:04d}.mcap"
         path.write_bytes(b"")
         found = path.stat()
         entries[path.name] = {"stamp": [found.st_mtime_ns, 0], "row": known | {"started_ms": number}}
-    (console.folder / INDEX).write_text(json.dumps({"format": 1, "trials": entries}))
-    rows = TrialShelf(console.folder).rows()
+    (trials / INDEX).write_text(json.dumps({"format": 1, "trials": entries}))
+    rows = TrialShelf(trials).rows()
     assert len(rows) == 2001 and sum(1 for each in rows if each.get("reading")) == 1
 
 
-def test_the_index_of_another_version_is_read_anew(console):
-    (console.folder / INDEX).write_text('{"format": 0, "trials": {"small_room.mcap": 1}}')
-    assert TrialShelf(console.folder).rows()[0]["reading"]
+def test_the_index_of_another_version_is_read_anew(trials):
+    (trials / INDEX).write_text('{"format": 0, "trials": {"small_room.mcap": 1}}')
+    assert TrialShelf(trials).rows()[0]["reading"]
 
 
-def test_what_is_listed_is_what_the_trial_says(console):
-    shelf = TrialShelf(console.folder)
+def test_what_is_listed_is_what_the_trial_says(trials):
+    shelf = TrialShelf(trials)
     shelf.read_new()
-    [row], trial = shelf.rows(), TrialReader(console.folder / NAME)
+    [row], trial = shelf.rows(), TrialReader(trials / NAME)
     assert (row["sentence"], row["reason"]) == (trial.query.sentence, trial.outcome.reason)
     assert [story[1] for story in row["candidates"]] == ["no matching mask", "confirmed"]
