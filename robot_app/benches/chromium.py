@@ -1,8 +1,7 @@
 """A Chromium as a person starts it: without the switches by which test tools keep every tab awake.
 
 Playwright's pages stay visible whatever lies in front of them. Here a tab behind another one is hidden and paints
-nothing, as on a person's screen. Speaks as much of the DevTools protocol
-as the bench and the tests of the console need.
+nothing, as on a person's screen. Speaks as much of the DevTools protocol as the console's bench and tests need.
 """
 
 from __future__ import annotations

@@ -83,19 +83,17 @@ def _mission(options: argparse.Namespace) -> tuple[RecordedMission, Utterance | 
         signals_stop(operator),
         open_missions(config, operator) as missions,
     ):
-        sentence, how, utterance = options.sentence, HOW, None
-        if recording is not None:
-            utterance, how = recording.understood(missions.memory), asking.HOW
+        sentence, utterance = options.sentence, recording.understood(missions.memory) if recording else None
+        if utterance is not None:
             asking.show(utterance, operator.tell)
             may_correct = sys.stdin.isatty() and not options.yes
             sentence = correction.corrected(utterance.transcript) if may_correct else utterance.transcript
-        notes = asking.notes_of(utterance, sentence)
         recorded = missions.ask(
             sentence,
             options.trial,
             who=terminal.who,
-            how=how,
-            notes=notes,
+            how=asking.HOW if utterance else HOW,
+            notes=asking.notes_of(utterance, sentence),
             watching=[DistanceLine(sys.stderr)],
             insist=options.insist,
         )
