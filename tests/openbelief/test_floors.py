@@ -92,3 +92,10 @@ def test_an_empty_given_room_is_on_the_floor_of_its_heights(tiny_encoder):
         room = Room("store", [[0, 0], [1, 0], [1, 1]], heights_m=heights_m)
         graph = scene_graph(ObjectMemory.build([], tiny_encoder, rooms=[room], surroundings=around))
         assert [floor.floor.id for floor in graph.floors if floor.rooms] == [number] and len(graph.floors) == 3
+
+
+def test_the_stairs_that_were_walked_between_two_storeys_are_no_floor():
+    rooms = [(0.6 * x, 0.6 * y, 1.2, z) for z in (0.0, 3.0) for x in range(5) for y in range(5)]
+    stairs = [(0.3 * k, -2.0, 1.2, 0.25 * k) for k in range(1, 12)]
+    floors = floors_of(site([*rooms[:25], *stairs, *rooms[25:]]), [])
+    assert [round(floor.height_m, 1) for floor in floors] == [0.0, 3.0]

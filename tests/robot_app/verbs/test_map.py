@@ -74,7 +74,7 @@ def stamp_of(message) -> int | None:
 def run_mortal(walks, out, log, where="nowhere", number=0) -> subprocess.CompletedProcess:
     joined = os.pathsep.join(map(str, walks))
     command = [sys.executable, "-c", MORTAL, *map(str, (joined, out, log, where, number))]
-    return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    return subprocess.run(command, capture_output=True, text=True, timeout=240, check=False)
 
 
 class Words:
