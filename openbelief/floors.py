@@ -10,7 +10,7 @@ import numpy as np
 
 from openbelief.arrays import Array
 from openbelief.backprojection import depth_points
-from openbelief.occupancy import floor_height, from_points
+from openbelief.occupancy import TooWide, floor_height, from_points
 from openbelief.pose import apply
 from openbelief.surroundings import CameraView, StoreyMap, Surroundings
 from openbelief.traversability import OCCUPIED, OccupancyGrid
@@ -146,9 +146,17 @@ def _grid_of(
     if own := [m for m in maps if abs(m.height_m - height) < SAME_HEIGHT_M]:
         return _largest(own)
     points = _of_storey(seen, height, heights_m)
-    made = from_points(points) if len(points) else None
+    made = _made_of(points)
     agreeing = [m for m in maps if made is not None and _agrees(m.grid, made)]
     return _largest(agreeing) if agreeing else made
+
+
+def _made_of(points: Array) -> OccupancyGrid | None:
+    """None where no grid holds them all: a walk across a campus, or one pose that is wild."""
+    try:
+        return from_points(points) if len(points) else None
+    except TooWide:
+        return None
 
 
 def _largest(maps: Sequence[StoreyMap]) -> OccupancyGrid:

@@ -15,11 +15,15 @@ MIN_HITS = 2  # one stray return is no obstacle
 MAX_SIDE_M = 500.0
 
 
+class TooWide(ValueError):
+    """Points of more than one site."""
+
+
 def from_points(points: Array) -> OccupancyGrid:
     """Cells with an obstacle are occupied, cells with floor and none are free, the rest is unknown and so not free.
 
-    points: (n, 3), map frame, metres: every hit of the walk, not voxel-snapped. Raises ValueError on misshapen,
-    non-finite or absurdly spread points.
+    points: (n, 3), map frame, metres: every hit of the walk, not voxel-snapped. Raises ValueError on misshapen or
+    non-finite points, TooWide on absurdly spread ones.
     """
     cloud = points_array(points)
     height = cloud[:, 2] - floor_height(cloud)
@@ -28,7 +32,7 @@ def from_points(points: Array) -> OccupancyGrid:
     low = np.floor(xy.min(axis=0) / RESOLUTION_M)
     size = (np.floor(xy.max(axis=0) / RESOLUTION_M) - low + 1).astype(np.int64)
     if (size * RESOLUTION_M > MAX_SIDE_M).any():
-        raise ValueError(
+        raise TooWide(
             f"The points span {size.max() * RESOLUTION_M:.0f} m; a map of one site spans {MAX_SIDE_M:.0f} m at most."
         )
     origin = low * RESOLUTION_M

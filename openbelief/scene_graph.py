@@ -7,14 +7,21 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from openbelief.floors import Floor, floors_of
 from openbelief.memory import ObjectMemory
+from openbelief.occupancy import MAX_SIDE_M
 from openbelief.rooms import Room
 from openbelief.views import View, best_views, views_of
 
 NO_MAP = (
     "No navigation map was recorded (/map, nav_msgs/OccupancyGrid): rooms are drawn from what the cameras saw, and "
     "neighbouring ones may run together. Record one, or give rooms with map --rooms."
+)
+TOO_WIDE = (
+    f"The walk spans more than {MAX_SIDE_M:g} m and no navigation map was recorded (/map, nav_msgs/OccupancyGrid): no "
+    "rooms were drawn. Record one, map it part by part, or give rooms with map --rooms."
 )
 
 
@@ -73,8 +80,12 @@ class SceneGraph:
     def lacks(self) -> str | None:
         """What the file does not say: it is from before keyframes were kept, or no map was recorded. None: nothing."""
         if self.memory.surroundings.views:
-            derived = not all(room.given for room in self.memory.rooms)
-            return NO_MAP if derived and not self.memory.surroundings.maps else None
+            if self.memory.surroundings.maps:
+                return None
+            walked = np.array([view.T_map_camera[:2, 3] for view in self.memory.surroundings.views])
+            if not self.memory.rooms and (np.ptp(walked, axis=0) > MAX_SIDE_M).any():
+                return TOO_WIDE
+            return None if all(room.given for room in self.memory.rooms) else NO_MAP
         missing = "no keyframes: views have no poses or pictures, rooms are only those given"
         return f"This file is from before they were kept and holds {missing}. Map its recordings again to get them."
 

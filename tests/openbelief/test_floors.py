@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from openbelief import ObjectMemory
+from openbelief.derived_rooms import with_derived_rooms
 from openbelief.floors import floor_heights, floors_of
 from openbelief.observation import Intrinsics
 from openbelief.rooms import Room
@@ -92,6 +93,14 @@ def test_an_empty_given_room_is_on_the_floor_of_its_heights(tiny_encoder):
         room = Room("store", [[0, 0], [1, 0], [1, 1]], heights_m=heights_m)
         graph = scene_graph(ObjectMemory.build([], tiny_encoder, rooms=[room], surroundings=around))
         assert [floor.floor.id for floor in graph.floors if floor.rooms] == [number] and len(graph.floors) == 3
+
+
+def test_a_walk_too_wide_for_a_grid_has_its_floor_and_says_why_it_has_no_rooms(observe, tiny_encoder):
+    around = site([(0, 0, 1.2, 0.0), (900, 0, 1.2, 0.0)])
+    memory = with_derived_rooms(ObjectMemory.build([observe("chair")], tiny_encoder, surroundings=around))
+    graph = scene_graph(memory)
+    assert [floor.floor.grid for floor in graph.floors] == [None] and memory.rooms == ()
+    assert "spans more than 500 m" in graph.lacks and "\n" not in graph.lacks
 
 
 def test_the_stairs_that_were_walked_between_two_storeys_are_no_floor():
