@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from robot_app.cli import Failure, print_json
 
 if TYPE_CHECKING:
-    from logs.mcap_io.recover import RecoveryReport
+    from logs.mcap_io.recovery_report import RecoveryReport
 
 EXAMPLE = "openbelief recover demo-out/walk.mcap -o walk.recovered.mcap"
 SHOWN_LOSSES = 10

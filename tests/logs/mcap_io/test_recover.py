@@ -14,7 +14,8 @@ from logs.mcap_io import chunk
 from logs.mcap_io.checksum import KEY, ChecksumError, without_checksum
 from logs.mcap_io.chunk import chunk_records
 from logs.mcap_io.reader import LogError, LogMessage, LogReader
-from logs.mcap_io.recover import RecoveryReport, recover
+from logs.mcap_io.recover import recover
+from logs.mcap_io.recovery_report import RecoveryReport
 from logs.mcap_io.scan import PositionedFile, record_at
 
 
