@@ -41,12 +41,14 @@ export class Talk {
       node.port.onmessage = ({data}) => this.send(socket, data);
       context.createMediaStreamSource(stream).connect(node);
       mine.late = setTimeout(() => this.end(), MOST_MS);
-      if (!this.talking) this.close(mine, socket);
+      if (this.utterance !== mine) { // pressed anew meanwhile: that one counts
+        this.close(mine);
+        this.whenOpen(socket, () => socket.close());
+      } else if (!this.talking) this.close(mine, socket);
       else mine.done = () => this.close(mine, socket);
     } catch (error) {
       this.close(mine);
-      this.talking = false;
-      text(this.button, "Hold to talk");
+      if (this.utterance === mine) this.end();
       this.say({ok: false, text: `The microphone cannot be used: ${error.message}`});
     }
   }

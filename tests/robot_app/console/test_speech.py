@@ -17,7 +17,8 @@ needs_espeak = pytest.mark.skipif(not installed("espeak-ng"), reason="espeak-ng 
 @needs_espeak
 def test_what_is_said_is_in_the_snapshot_and_its_sound_is_given_to_who_is_logged_in(console, page):
     console.operator.tell("I walk to the sofa.")
-    speech = page.next_state()["speech"]
+    until(lambda: page.next_state()["speech"]["said"], "the page knows it")
+    speech = page.state["speech"]
     assert (speech["said"], speech["sound"]) == ([{"n": 1, "words": "I walk to the sofa."}], True)
     path = "/api/speech/1.wav"
     status, body, headers = console.visitor("viewer", "vic").get(path)
