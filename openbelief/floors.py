@@ -109,6 +109,7 @@ def floor_heights(z: Array, camera_z: Array, cameras: Array) -> list[float]:
     below = z[z < camera_z - BELOW_CAMERA_M]
     if not len(below):
         return []
+    below = below[np.abs(below - np.median(below)) < BEYOND_M]  # a wild pose is no storey, and no bins lead to it
     low = np.floor(below.min() / BIN_M) * BIN_M
     counts = np.bincount(((below - low) / BIN_M).astype(np.int64)).astype(np.float64)
     smooth = np.convolve(np.pad(counts, 1), [0.25, 0.5, 0.25], mode="same")

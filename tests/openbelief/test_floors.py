@@ -41,6 +41,11 @@ def test_a_table_top_is_no_floor_however_often_it_was_seen():
         assert len(heights) == 1 and abs(heights[0]) < 0.03
 
 
+def test_a_wild_pose_is_no_floor():
+    z = np.concatenate((np.zeros(1000), np.full(300, 1e12), np.full(300, -1e12)))
+    assert [round(h, 1) for h in floor_heights(z, z + 1.3, np.array([1.3, 1e12, -1e12]))] == [0.0]
+
+
 def test_reflections_below_a_floor_are_no_floor():
     z = np.concatenate((np.full(60, -0.7), np.zeros(1000)))
     heights = floor_heights(z, np.full(1060, 1.3), np.array([1.3]))
