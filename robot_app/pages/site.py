@@ -44,8 +44,7 @@ def write_site_page(path: Path, graph: SceneGraph, name: str) -> None:
     said = (
         f"{len(memory.objects)} objects, {len(memory.rooms)} rooms, {views} keyframes, memory {memory.state_hash[:12]}."
     )
-    said += f" {graph.lacks}" if graph.lacks else ""
-    body = BODY.format(title=text(name), said=text(said))
+    body = BODY.format(title=text(name), said=" ".join(map(text, filter(None, (said, graph.lacks)))))
     script = (ASSETS / "site.js").read_text(encoding="utf-8")
     write(path, document(name, body, script=script, data=site_data(graph)))
 

@@ -5,7 +5,8 @@ import pytest
 
 from openbelief import ObjectMemory
 from openbelief.rooms import Room, room_at, rooms_of
-from openbelief.scene_graph import scene_graph
+from openbelief.scene_graph import NO_MAP, TOO_WIDE, scene_graph
+from robot_app.pages.document import WORDS_MAX
 
 
 def test_objects_lie_in_the_rooms_that_hold_their_centre_and_views_show_them(flat, tiny_encoder):
@@ -66,6 +67,11 @@ SQUARE = [[0, 0], [1, 0], [1, 1], [0, 1]]
 def test_rooms_that_are_none_are_refused_in_one_line(entries):
     with pytest.raises(ValueError, match=r"^[^\n]*[Rr]oom[^\n]*$"):
         rooms_of(entries)
+
+
+@pytest.mark.parametrize("lacks", [NO_MAP, TOO_WIDE])
+def test_what_a_file_lacks_is_short_enough_for_a_page(lacks):
+    assert len(lacks) <= WORDS_MAX
 
 
 def test_at_any_height_above_the_maps_zero_every_object_is_on_a_floor(observe, tiny_encoder):

@@ -43,6 +43,7 @@ def test_words_of_models_and_people_are_no_markup(hostile, tmp_path):
     assert main(["inspect", str(hostile), "--html", str(tmp_path / "site.html")]) == 0
     page = (tmp_path / "site.html").read_text()
     assert "<script>alert" not in page and "<img src=x" not in page and "<b>hall" not in page
+    assert "Map its recordings again to get them.</p>" in page, "what the file lacks is said to its end"
     site = data_of(page)
     assert site["objects"][0]["room"] == "<b>hall</b>" and "alert" in site["objects"][0]["label"]
     assert site["objects"][0]["crop"] is None  # what was kept is no picture
