@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from tests.browser.conftest import PATIENCE_S, finish, until
-from tests.browser.steps import ASK, until_idle, walk
+from tests.browser.conftest import PATIENCE_S, PHONE, finish, until
+from tests.browser.steps import ASK, until_idle, until_under_way, walk
 
 OFFLINE = "ERR_INTERNET_DISCONNECTED"
 NO_LINK = "No link to the console"
@@ -32,14 +32,42 @@ def test_only_the_page_that_commands_promises_that_its_silence_holds_the_robot(t
 
 def test_a_picture_that_came_before_the_link_went_down_is_not_called_live(open_tab):
     tab = open_tab("viewer")
-    until(lambda: tab.words("camera-words") == "Live.", "a picture")
+    until(lambda: live_words(tab) == "Live.", "a picture")
     cut_off(tab)
-    until(lambda: tab.words("camera-words").startswith("No new picture for "), "its age")
+    until(lambda: live_words(tab).startswith("No new picture for "), "its age")
     tab.page.context.set_offline(False)
-    until(lambda: tab.words("camera-words") == "Live.", "the next picture")
+    until(lambda: live_words(tab) == "Live.", "the next picture")
+
+
+def live_words(tab) -> str:
+    """Under the live picture, whatever was judged before and is shown when it comes."""
+    tab.page.locator("#show-live").click()
+    return tab.words("camera-words")
 
 
 SWALLOWS = "() => { openbelief.link.send = () => new Promise((answer) => { window.answerStop = answer; }); }"
+
+
+BEFORE_A_LINK = """() => {
+  const failing = () => Promise.reject(new TypeError("Failed to fetch")), whole = window.fetch;
+  window.fetch = (...asked) => (window.cut ? failing() : whole(...asked));
+  window.cut = true;
+  openbelief.lookStamp = openbelief.look = null;
+  openbelief.plan.setSite({objects: [], rooms: [], keep_out: [], allowed: []}, null, null);
+  return openbelief.loadSite();
+}"""
+
+
+def test_plan_and_judged_picture_come_when_the_link_comes_back_that_went_down_as_they_were_asked_for(tab):
+    tab.ask(ASK)
+    tab.until_asked()
+    tab.page.locator("#answer-yes").click()
+    until_under_way(tab, lambda: tab.state()["mission"]["looks"], "a look")
+    tab.page.evaluate(BEFORE_A_LINK)
+    assert not tab.page.evaluate("Boolean(openbelief.look || openbelief.plan.grid)")
+    tab.page.evaluate("() => { window.cut = false; }")
+    until(lambda: tab.page.evaluate("Boolean(openbelief.look && openbelief.plan.grid)"), "both")
+    finish(tab)
 
 
 def test_a_stop_without_an_answer_says_so_before_the_link_is_given_up(open_tab):
@@ -51,6 +79,22 @@ def test_a_stop_without_an_answer_says_so_before_the_link_is_given_up(open_tab):
     assert tab.words("state") != NO_LINK, "the link still seems to be there"
     tab.page.evaluate("answerStop({ok: true})")
     until(lambda: tab.words("stop-words") == "STOP was heard", "an answer that came late after all")
+
+
+ROBOT_LOST = """() => {
+  const link = "The link to the robot is down.";
+  openbelief.link.onState = (state) => { openbelief.state = {...state, robot: {...state.robot, link}}; };
+}"""
+
+
+def test_where_the_robot_cannot_be_reached_the_page_names_the_remote_and_no_stop_as_done(open_tab):
+    tab = open_tab(size=PHONE)
+    tab.page.evaluate(ROBOT_LOST)
+    until(lambda: tab.words("state") == "No link to the robot", "the loss")
+    assert tab.words("reason") == "Do not count on STOP: use the remote. The link to the robot is down."
+    tab.page.keyboard.press("Escape")
+    until(lambda: tab.words("stop-words") == "Heard here: use the remote", "what the console's answer is worth")
+    assert tab.page.locator("#stop").get_attribute("data-state") == "lost"
 
 
 def test_a_page_that_is_refused_says_why_and_tries_again(open_tab):

@@ -7,7 +7,7 @@ import zipfile
 
 import pytest
 
-from tests.browser.conftest import MANY, SCREENSHOTS, until
+from tests.browser.conftest import MANY, PHONE, SCREENSHOTS, until
 from tests.browser.steps import newest_trial, told_trial, until_idle
 
 
@@ -58,6 +58,26 @@ def test_a_trial_is_scrubbed_from_its_file_alone(open_tab, site):
     assert download.value.suggested_filename == f"{name.removesuffix('.mcap')}.zip"
     with zipfile.ZipFile(download.value.path()) as archive:
         assert archive.read(name) == (site.folder / name).read_bytes()
+
+
+SCROLLED = "[...document.querySelectorAll('*')].filter((e) => e.scrollTop && !e.matches('.steps ol')).length"
+
+
+def test_on_a_phone_the_page_stays_where_it_is_while_its_trial_is_scrubbed(open_tab, site):
+    tab = open_tab(size=PHONE)
+    tab.page.evaluate("(name) => { location.hash = `trials/${name}`; }", told_trial(site))
+    current = tab.page.locator(".steps button[aria-current=step]")
+    until(current.count, "its last step")
+    last = current.inner_text()
+    assert tab.page.evaluate(SCROLLED) == 0, "its head is in sight, and its slider is reached from there"
+    tab.page.evaluate("document.querySelector('.steps li button').click()")
+    until(lambda: current.inner_text() != last, "the first step")
+    in_sight = """() => {
+      const list = document.querySelector(".steps ol").getBoundingClientRect();
+      const step = document.querySelector(".steps [aria-current=step]").getBoundingClientRect();
+      return step.top >= list.top - 1 && step.bottom <= list.bottom + 1;
+    }"""
+    assert tab.page.evaluate(in_sight) and tab.page.evaluate(SCROLLED) == 0
 
 
 def test_the_mission_that_ended_is_one_click_from_the_live_page(tab, site):

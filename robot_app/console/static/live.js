@@ -11,6 +11,7 @@ import {Speech} from "./speech.js";
 import {drawStatus} from "./status.js";
 import {Stop} from "./stop.js";
 
+const SITE_AGAIN_MS = 2000;
 const DRIVING = ["navigate", "re_observe", "query"];
 
 export class Live {
@@ -90,10 +91,13 @@ export class Live {
   }
 
   async loadSite() {
-    const site = await getJson("/api/site");
-    let grid = null;
-    try { grid = await getJson("/api/grid"); } catch { setTimeout(() => this.loadSite(), 2000); }
-    this.plan.setSite(...(await loadSite(site, "/api/grid.png", grid)));
+    let whole = true;
+    try {
+      const site = await getJson("/api/site");
+      const grid = await getJson("/api/grid").catch(() => { whole = false; return null; });
+      this.plan.setSite(...(await loadSite(site, "/api/grid.png", grid)));
+    } catch { whole = false; } // the link went down, as the bar says
+    if (!whole && this.running) setTimeout(() => this.loadSite(), SITE_AGAIN_MS);
   }
 
   // What was painted in the frame before is on the screen now: that, and only that, is a sign of life.
@@ -123,6 +127,7 @@ export class Live {
     const start = performance.now(), news = state !== this.painted;
     const {mission, operator} = state;
     this.stale = false;
+    this.stop.reaches = !state.robot?.link;
     drawStatus(state, this.link);
     this.ask.show(state);
     this.question.show(operator.question, state.you?.epoch, mission?.candidates, answerWords(state));
@@ -172,9 +177,14 @@ export class Live {
 
   async loadLook(look) {
     this.lookStamp = look.frame_stamp_ns;
-    const response = await fetch(`/api/looks/${look.frame_stamp_ns}.jpg`, {credentials: "same-origin"});
-    if (!response.ok) { this.lookStamp = null; return; }
-    this.look = {look, image: await createImageBitmap(await response.blob())};
+    try {
+      const response = await fetch(`/api/looks/${look.frame_stamp_ns}.jpg`, {credentials: "same-origin"});
+      if (!response.ok) throw new Error(`The console answers ${response.status}.`);
+      this.look = {look, image: await createImageBitmap(await response.blob())};
+    } catch {
+      this.lookStamp = null; // asked for again with the next snapshot: the link may have gone down meanwhile
+      return;
+    }
     this.wantsLook = true;
     this.fresh = true;
   }

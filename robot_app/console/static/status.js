@@ -9,7 +9,7 @@ export function drawStatus(state, link) {
   const {mission, operator, robot, you} = state;
   let [words, mood, reason] = stateWords(mission);
   if (operator?.stop && !operator.mission) [words, mood, reason] = ["Stopped", "bad", `${operator.stop.because}. Nothing moves until somebody asks again.`];
-  if (robot?.link) [words, mood, reason] = ["No link to the robot", "bad", robot.link];
+  if (robot?.link) [words, mood, reason] = ["No link to the robot", "bad", `Do not count on STOP: use the remote. ${robot.link}`];
   if (!link.open || link.silentMs > 2000) [words, mood, reason] = ["No link to the console", "bad", lostWords(link, you)];
   text($("state"), words);
   attribute($("state"), "data-mood", mood);

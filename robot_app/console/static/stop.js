@@ -11,6 +11,7 @@ const RETRY_MS = 250;
 export class Stop {
   constructor(link) {
     this.link = link;
+    this.reaches = true; // whether the console's own link to the robot is well
     this.button = $("stop");
     this.words = $("stop-words");
     this.button.addEventListener("pointerdown", (event) => { if (event.button === 0) this.press(); });
@@ -35,14 +36,17 @@ export class Stop {
     for (let attempt = 0; attempt < RETRIES; attempt++) {
       const answer = await this.send();
       if (pressed !== this.pressed) return;
-      if (answer.ok) {
-        this.show("heard", "STOP was heard");
-        this.calm = setTimeout(() => this.show("", "Software stop · Esc"), SHOWN_MS);
-        return;
-      }
+      if (answer.ok) return this.heard();
       this.show("lost", LOST);
       await new Promise((resume) => setTimeout(resume, RETRY_MS));
     }
+  }
+
+  // By the console; what it cannot tell a robot that it has lost, it does not show as done.
+  heard() {
+    if (!this.reaches) return this.show("lost", "Heard here: use the remote");
+    this.show("heard", "STOP was heard");
+    this.calm = setTimeout(() => this.show("", "Software stop · Esc"), SHOWN_MS);
   }
 
   async send() {

@@ -130,7 +130,9 @@ export class TrialPage {
     this.current?.removeAttribute("aria-current");
     this.current = this.steps.children[index].firstChild;
     attribute(this.current, "aria-current", "step");
-    this.current.scrollIntoView({block: "nearest"});
+    const list = this.steps.getBoundingClientRect(), row = this.current.getBoundingClientRect();
+    if (row.top < list.top) this.steps.scrollTop -= list.top - row.top; // the list alone: on a phone the page stays where it is
+    else if (row.bottom > list.bottom) this.steps.scrollTop += row.bottom - list.bottom;
   }
 
   async image(stamp) {
