@@ -63,11 +63,12 @@ def test_plan_and_judged_picture_come_when_the_link_comes_back_that_went_down_as
     tab.until_asked()
     tab.page.locator("#answer-yes").click()
     until_under_way(tab, lambda: tab.state()["mission"]["looks"], "a look")
+    finish(tab)  # there will be no other one
+    until(lambda: tab.page.evaluate("openbelief.look?.look.frame_stamp_ns === openbelief.lookStamp"), "its picture")
     tab.page.evaluate(BEFORE_A_LINK)
     assert not tab.page.evaluate("Boolean(openbelief.look || openbelief.plan.grid)")
     tab.page.evaluate("() => { window.cut = false; }")
     until(lambda: tab.page.evaluate("Boolean(openbelief.look && openbelief.plan.grid)"), "both")
-    finish(tab)
 
 
 def test_a_stop_without_an_answer_says_so_before_the_link_is_given_up(open_tab):
