@@ -20,6 +20,7 @@ from robot_app.mission.lease import Lease, Refused
 from robot_app.mission.notices import Change, Notice
 from robot_app.mission.open_question import OpenQuestion, option_lines
 from robot_app.mission.operator import SharedOperator
+from robot_app.mission.screen import Screen, is_terminal
 
 HOW = "terminal"
 STOP_WORDS = ("stop", "s", "halt")
@@ -56,11 +57,10 @@ class Terminal:
         commands: bool = True,
     ) -> None:
         self._operator, self.who = operator, who or _user()
-        self._source, self._screen = source or sys.stdin, screen or sys.stderr
+        self._source, self.screen = source or sys.stdin, Screen(screen or sys.stderr, self._screen_lost)
         self._where_empty, self._more, self._commands = where_empty or operator.end, more or {}, commands
         self._under_way = under_way or (lambda: operator.mission is not None)
-        self._typed, self._shown = _is_terminal(self._source), _is_terminal(self._screen)
-        self._dark = False  # nothing can be shown any more
+        self._typed = is_terminal(self._source)
         self._lease: Lease | None = None
 
     def __enter__(self) -> Terminal:
@@ -73,19 +73,11 @@ class Terminal:
 
     def __exit__(self, *_: object) -> None:
         self._end_listening()  # the reader is a daemon: a blocking read of stdin cannot be interrupted
+        self.screen.end()
 
     def tell(self, sentence: str) -> None:
-        """Never raises: a screen that went away ends no mission but by a STOP."""
-        if self._dark:
-            return
-        try:
-            print(neutralise(sentence), file=self._screen, flush=True)
-        except (OSError, ValueError) as error:
-            self._dark = True
-            _discard(self._screen)
-            logger().error("screen_lost", reason=str(error))
-            if self._shown:
-                self._lost()
+        """Never waits, never raises: a screen that went away ends no mission but by a STOP."""
+        self.screen.show(neutralise(sentence) + "\n")
 
     def ask(self, text: str, notes: tuple[Entry, ...] = ()) -> None:
         """Ask with this terminal's lease. Raises Refused where somebody else commands. notes: for the trial."""
@@ -104,6 +96,12 @@ class Terminal:
     def _alone(self) -> bool:
         """Whether what happens is this terminal's own doing, and needs no telling."""
         return self._lease is not None and self._operator.lease is self._lease
+
+    def _screen_lost(self, error: Exception) -> None:
+        _discard(self.screen.stream)
+        logger().error("screen_lost", reason=str(error))
+        if self.screen.terminal:
+            self._lost()
 
     # ---- the keyboard
 
@@ -167,14 +165,6 @@ class Terminal:
     @property
     def _taken(self) -> bool:
         return self._lease is None or self._operator.lease is not self._lease
-
-
-def _is_terminal(stream: TextIO | None) -> bool:
-    """A pipe, a file and /dev/null are none; nor is what is closed already."""
-    try:
-        return stream is not None and stream.isatty()
-    except (OSError, ValueError):
-        return False
 
 
 def _discard(screen: TextIO) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-
 from robot_app.config import Config
 from robot_app.mission.distance_line import DistanceLine
 from robot_app.mission.live import Report, run_missions
@@ -17,12 +15,12 @@ from robot_app.signals import signals_stop
 def run_at_the_terminal(config: Config, report: Report | None) -> None:
     operator = SharedOperator()
     with (
-        Terminal(operator, who=config.recording.operator),
+        Terminal(operator, who=config.recording.operator) as terminal,
         signals_stop(operator) as heard,
         open_missions(config, operator) as missions,
     ):
         if not heard:
             operator.tell(f"Ready over {config.memory}. Ask for a thing; an empty line ends.")
             with open_remote(config, operator, missions) as watching:
-                shown = (DistanceLine(sys.stderr), *watching)
+                shown = (DistanceLine(terminal.screen), *watching)
                 run_missions(missions, operator, heard, report=report, watching=shown)

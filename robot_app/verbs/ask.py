@@ -94,7 +94,7 @@ def _mission(options: argparse.Namespace) -> tuple[RecordedMission, Utterance | 
             who=terminal.who,
             how=asking.HOW if utterance else HOW,
             notes=asking.notes_of(utterance, sentence),
-            watching=[DistanceLine(sys.stderr)],
+            watching=[DistanceLine(terminal.screen)],
             insist=options.insist,
         )
         return recorded, utterance

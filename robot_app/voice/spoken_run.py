@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-
 from robot_app.config import Config
 from robot_app.mission.distance_line import DistanceLine
 from robot_app.mission.live import Report, run_missions
@@ -41,5 +39,5 @@ def run_by_voice(config: Config, report: Report | None) -> None:
         more = {"": talk.turn, "ask": talk.ask, "end": operator.end}
         with Terminal(operator, who=who, more=more) as terminal:
             operator.tell(f"Ready over {config.memory}. Press Enter to speak, and again to end; type end to leave.")
-            shown = (DistanceLine(sys.stderr), *watching)
+            shown = (DistanceLine(terminal.screen), *watching)
             run_missions(missions, operator, heard, report=report, watching=shown)

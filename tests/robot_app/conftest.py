@@ -85,6 +85,7 @@ class Screen(io.StringIO):
     def __init__(self) -> None:
         super().__init__()
         self.reactions: dict[str, Callable[[], object]] = {}
+        self.settled: Callable[[float], bool] = lambda _: True  # of the Screen that writes here, where one lives on
 
     def write(self, text: str) -> int:
         for words in [words for words in self.reactions if words in text]:
@@ -93,6 +94,8 @@ class Screen(io.StringIO):
 
     @property
     def lines(self) -> list[str]:
+        if threading.current_thread().name != "screen":
+            assert self.settled(HUNG_S)
         return self.getvalue().splitlines()
 
 

@@ -6,11 +6,12 @@ import io
 
 from logs.trial.records import Feedback, PlanarPose, Transition
 from robot_app.mission.distance_line import DistanceLine
+from robot_app.mission.screen import Screen
 
 ARRIVED = Transition(source="navigate", event="arrived", target="verify", because="")
 
 
-class Screen(io.StringIO):
+class Stream(io.StringIO):
     def __init__(self, *, terminal: bool) -> None:
         super().__init__()
         self._terminal = terminal
@@ -19,8 +20,9 @@ class Screen(io.StringIO):
         return self._terminal
 
 
-def drive(screen: Screen, seconds: int) -> str:
+def drive(stream: Stream, seconds: int) -> str:
     """Feedback ten times a second, a tenth of a metre each, then the arrival."""
+    screen = Screen(stream, lost=lambda error: None)
     line = DistanceLine(screen)
     for k in range(seconds * 10):
         pose = PlanarPose(x=k / 10, y=0.0, yaw=0.0)
@@ -31,20 +33,21 @@ def drive(screen: Screen, seconds: int) -> str:
             )
         )
     line.write(ARRIVED)
-    return screen.getvalue()
+    screen.end()
+    return stream.getvalue()
 
 
 def test_a_terminal_has_one_line_that_is_rewritten_and_cleared() -> None:
-    shown = drive(Screen(terminal=True), 10)
+    shown = drive(Stream(terminal=True), 10)
     assert "10.0 m to go" in shown and "0.5 m to go" in shown and "\n" not in shown
     assert shown.count("m to go") == 20 and shown.endswith("\r\x1b[K")
 
 
 def test_a_log_gets_a_line_now_and_then() -> None:
-    assert drive(Screen(terminal=False), 12).splitlines() == ["12.0 m to go", "7.0 m to go", "2.0 m to go"]
+    assert drive(Stream(terminal=False), 12).splitlines() == ["12.0 m to go", "7.0 m to go", "2.0 m to go"]
 
 
-class Gone(Screen):
+class Gone(Stream):
     """A terminal that hung up: every flush fails, as the kernel says EIO."""
 
     def flush(self) -> None:

@@ -6,6 +6,7 @@ import os
 import pty
 import threading
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from types import SimpleNamespace
 
 import pytest
@@ -28,7 +29,8 @@ MAY_I = Question(
 @pytest.fixture
 def operator(keyboard, screen) -> Iterator[SharedOperator]:
     made = SharedOperator()
-    with Terminal(made, who="Ada", source=keyboard, screen=screen):
+    with Terminal(made, who="Ada", source=keyboard, screen=screen) as client:
+        screen.settled = client.screen.settled
         yield made
 
 
@@ -190,18 +192,18 @@ def test_an_input_that_cannot_be_read_ends_like_one_that_ended_and_is_named(scre
 @pytest.fixture
 def tty() -> Iterator[Callable[..., SimpleNamespace]]:
     """A terminal with an operator at it: `hang_up()` closes the other end, as a dying ssh does, and sends no SIGHUP."""
-    opened = []
+    opened, clients = [], ExitStack()
 
     def make(**more) -> SimpleNamespace:
         master, slave = pty.openpty()
         source, screen = os.fdopen(slave, "r"), os.fdopen(os.dup(slave), "w")
         opened.extend((source, screen))
         operator = SharedOperator()
-        client = Terminal(operator, who="Ada", source=source, screen=screen, **more)
-        client.__enter__()
+        client = clients.enter_context(Terminal(operator, who="Ada", source=source, screen=screen, **more))
         return SimpleNamespace(operator=operator, client=client, hang_up=lambda: os.close(master), screen=screen)
 
-    yield make
+    with clients:
+        yield make
     for stream in opened:
         try:
             stream.close()
@@ -241,9 +243,23 @@ def test_what_cannot_be_shown_any_more_raises_nothing_and_is_a_stop_as_well(tty,
     eventually(lambda: at.operator.stop_requested())
 
 
+def test_a_screen_that_takes_nothing_holds_up_neither_the_mission_nor_a_stop(tty, eventually):
+    """Its output is paused (Ctrl-S) or its ssh is frozen: nobody reads the other end, and it is full."""
+    at = tty(under_way=lambda: True)
+    told = threading.Thread(target=lambda: [at.operator.tell(f"{k} " + "x" * 1000) for k in range(400)], daemon=True)
+    told.start()
+    eventually(lambda: not told.is_alive())
+    assert not at.client.screen.settled(0.0), "it is full"
+    at.operator.stop(because="ada pressed STOP", how="console")
+    assert at.operator.stop_requested().because == "ada pressed STOP"
+    at.hang_up()
+    eventually(lambda: at.client.screen.settled(0.0))
+
+
 def test_an_input_that_never_was_a_terminal_stops_nothing_by_ending(keyboard, screen, eventually):
     made = SharedOperator()
-    with Terminal(made, source=keyboard, screen=screen, under_way=lambda: True):
+    with Terminal(made, source=keyboard, screen=screen, under_way=lambda: True) as client:
+        screen.settled = client.screen.settled
         keyboard.end()
         eventually(lambda: not made.present)
         assert made.stop_requested() is None
