@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from openbelief.documents import from_json
 from sim_fakes.world.furniture import PALETTE, SHAPES
+from sim_fakes.world.mask_noise import MaskNoise
 
 FORMAT = "openbelief.scene/1"
 SCENES = Path(__file__).parent / "scenes"
@@ -104,6 +105,7 @@ class Scene(SceneModel):
     name: str
     near_m: Length = 1.6  # nearer than this the camera sees enough to name a thing rightly
     far_m: Length = 1.9  # beyond this it is called by its far names; in between the chance grows linearly
+    missed: Share = MaskNoise.missed  # of the things in a frame, by the segmenter
     start: tuple[Number, Number, Number]
     walk: Annotated[list[tuple[Number, Number, Number]], Field(min_length=1)]
     rooms: Annotated[list[SceneRoom], Field(min_length=1)]

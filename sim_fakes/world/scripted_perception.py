@@ -41,7 +41,7 @@ class ScriptedPerception:
     ) -> None:
         self._world, self._encoder, self._seed = world, text_encoder, seed
         self._renderer = renderer or Renderer(world)
-        self._noise = MaskNoise()
+        self._noise = MaskNoise(missed=world.scene.missed)
         self._look = lru_cache(maxsize=None)(self._appearance)
 
     @property
