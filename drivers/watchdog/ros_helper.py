@@ -63,15 +63,21 @@ class Helper:
             self._client.remove_pending_request(self._asked.pop(0))
 
     def _answer(self, trip: int, reply: Any) -> None:
-        """rclpy gives the first of several answers, and a server on it refuses with "ok": each goal must be named."""
+        """A server on rclpy refuses with "ok": each goal must be named. Of several servers rclpy gives the first answer
+        alone, and one goal may run on each of them: there it acknowledges nothing."""
         named = {bytes(info.goal_id.uuid) for info in reply.goals_canceling}
-        say(trip=trip, code=reply.return_code if reply.return_code or self._running <= named else REJECTED)
+        taken = self._running <= named and self._servers() <= 1
+        say(trip=trip, code=reply.return_code if reply.return_code or taken else REJECTED)
 
     def _hear(self, array: Any) -> None:
-        """Of several servers each tells its own goals only, so what it does not name stays."""
+        """Of several servers each tells its own goals only: what it does not name stays; what it ended may run on."""
+        alone = self._servers() <= 1
         for status in array.status_list:
-            keep = self._running.add if status.status in ACTIVE else self._running.discard
-            keep(bytes(status.goal_info.goal_id.uuid))
+            goal = bytes(status.goal_info.goal_id.uuid)
+            if status.status in ACTIVE:
+                self._running.add(goal)
+            elif alone:
+                self._running.discard(goal)
 
     def _tell(self) -> None:
         servers = self._servers()
